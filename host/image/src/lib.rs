@@ -18,6 +18,7 @@ mod tag;
 mod time;
 mod types;
 mod value;
+mod view;
 
 pub use force::{ForceBoard, ForceError, ForceInbox, Forced};
 pub use quality::Quality;
@@ -26,3 +27,4 @@ pub use tag::{Location, Resolved, Source, Tag, TagError, TagId, TagTable, neares
 pub use time::{DurationError, format_duration, parse_duration};
 pub use types::{ParseValueError, Type};
 pub use value::Value;
+pub use view::View;

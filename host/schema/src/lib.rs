@@ -1,0 +1,12 @@
+//! Declarative tables of the keys a TOML file may have.
+//!
+//! A section of the plant file is described once, as data. From that description come the check of a file (all errors
+//! at once, with line and column), its JSON Schema for editors, and the reference page in docs/. Drivers describe
+//! their own keys with the same tables, so a new driver needs no change here.
+//! It must never know what a key means: only its name, its type, its range and its sentence.
+
+mod key;
+mod values;
+
+pub use key::{Key, Kind, Section};
+pub use values::{Constant, Span, Value, Values};
