@@ -92,10 +92,8 @@ mod tests {
     fn a_view_gathers_over_regions() {
         let (mut a, ra) = region(&[0, 0]);
         let (mut b, rb) = region(&[0]);
-        let at = |region, slot, bit, quality, not| Resolved::Cell {
-            location: Location { region, slot, bit, quality },
-            not,
-        };
+        let at =
+            |region, slot, bit, quality, not| Resolved::Cell { location: Location { region, slot, bit, quality }, not };
         let mut view = View::new(
             &[ra, rb],
             &[
