@@ -73,7 +73,7 @@ pub struct DriverConfig {
 /// An event a driver reports: a peer that went away, came back, refused.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct IoEvent {
-    /// What it is about: `DRIVER` or `DRIVER.POINT`.
+    /// What it is about: `DRIVER` or `DRIVER.POINT`; empty for the driver that reports it.
     pub source: String,
     /// The transition in one word: `connected`, `lost`, `refused`, …
     pub transition: &'static str,
