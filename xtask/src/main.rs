@@ -1,8 +1,14 @@
 //! `cargo xtask`: the only build tool besides cargo.
+//!
+//! Owns what cargo alone cannot do: function blocks to components, the demo, all tests in one command, the figures.
 
 use clap::{Parser, Subcommand};
 
+mod bench;
+mod cargo;
+mod demo;
 mod guests;
+mod test;
 
 #[derive(Parser)]
 #[command(name = "cargo xtask", about = "Builds and tests what cargo alone cannot")]
@@ -13,12 +19,21 @@ struct Cli {
 
 #[derive(Subcommand)]
 enum Task {
+    /// Run the alarm unit against a simulated field device, building whatever is missing
+    Demo(demo::Demo),
+    /// Run everything that must hold: format, guests, lints, all tests, the demo
+    Test(test::Test),
     /// Build function blocks to components
     Guests(guests::Guests),
+    /// Measure the figures of docs/performance.md
+    Bench(bench::Bench),
 }
 
 fn main() -> anyhow::Result<()> {
     match Cli::parse().task {
+        Task::Demo(args) => demo::execute(&args),
+        Task::Test(args) => test::execute(&args),
         Task::Guests(args) => guests::execute(&args),
+        Task::Bench(args) => bench::execute(&args),
     }
 }

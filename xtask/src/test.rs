@@ -1,0 +1,106 @@
+//! `cargo xtask test`: everything that must hold before a change lands, in the order of cheapness.
+
+use crate::cargo::{cargo, run, shown, target_dir};
+use crate::demo;
+use crate::guests;
+use anyhow::{Context, Result, bail};
+use clap::{Args, Parser};
+use std::io::{BufRead, BufReader, Write};
+use std::process::Stdio;
+use std::time::Instant;
+
+/// Arguments of `cargo xtask test`.
+#[derive(Args, Debug)]
+pub(crate) struct Test {
+    /// Leave format and lints out.
+    #[arg(long)]
+    fast: bool,
+}
+
+/// Passed, failed, ignored.
+#[derive(Default)]
+struct Count {
+    passed: u64,
+    failed: u64,
+    ignored: u64,
+}
+
+pub(crate) fn execute(args: &Test) -> Result<()> {
+    let start = Instant::now();
+    if !args.fast {
+        step("format");
+        run(cargo().args(["fmt", "--all", "--check"])).context("`cargo fmt --all` mends it")?;
+    }
+    step("guests");
+    guests::execute(&guests::Guests::default())?;
+    if !args.fast {
+        step("lints");
+        run(cargo().args(["clippy", "--release", "--workspace", "--all-targets", "--quiet", "--", "-D", "warnings"]))?;
+    }
+    step("binaries that tests start");
+    run(cargo().args(["build", "--release", "--workspace", "--bins"]))?;
+    step("tests");
+    let count = tests()?;
+    step("the demo, for 5 s");
+    demo::execute(&Demo::parse_from(["demo", "--for", "5s", "--port", "0"]).demo)?;
+    step(&format!("all done in {} s", start.elapsed().as_secs()));
+    // The plain closing line that scripts look for.
+    println!("{} passed, {} failed, {} skipped", count.passed, count.failed, count.ignored);
+    if count.passed == 0 {
+        bail!("no test ran");
+    }
+    Ok(())
+}
+
+#[derive(Parser)]
+struct Demo {
+    #[command(flatten)]
+    demo: demo::Demo,
+}
+
+fn step(what: &str) {
+    eprintln!("\n=== {what}");
+}
+
+/// All tests of the workspace, with the sum of cargo's own counts.
+fn tests() -> Result<Count> {
+    let mut command = cargo();
+    command.args(["test", "--release", "--workspace", "--no-fail-fast"]).stdout(Stdio::piped());
+    command.env("LATCHWORK_TARGET", target_dir()?);
+    let mut child = command.spawn().with_context(|| format!("{} could not be started", shown(&command)))?;
+    let mut count = Count::default();
+    if let Some(out) = child.stdout.take() {
+        for line in BufReader::new(out).lines() {
+            let line = line?;
+            writeln!(std::io::stdout(), "{line}")?;
+            if let Some(rest) = line.strip_prefix("test result: ") {
+                count.passed += number_before(rest, "passed");
+                count.failed += number_before(rest, "failed");
+                count.ignored += number_before(rest, "ignored");
+            }
+        }
+    }
+    let status = child.wait()?;
+    if !status.success() {
+        println!("{} passed, {} failed, {} skipped", count.passed, count.failed, count.ignored);
+        bail!("{} failed", shown(&command));
+    }
+    Ok(count)
+}
+
+/// `12` of "ok. 12 passed; 0 failed".
+fn number_before(text: &str, word: &str) -> u64 {
+    let words: Vec<_> = text.split([' ', ';', '.']).filter(|w| !w.is_empty()).collect();
+    words.windows(2).find(|w| w[1] == word).and_then(|w| w[0].parse().ok()).unwrap_or(0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::number_before;
+
+    #[test]
+    fn counts_are_read_from_cargos_closing_line() {
+        let line = "ok. 12 passed; 3 failed; 1 ignored; 0 measured; 0 filtered out; finished in 0.11s";
+        assert_eq!(["passed", "failed", "ignored"].map(|w| number_before(line, w)), [12, 3, 1]);
+    }
+}
