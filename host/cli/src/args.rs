@@ -1,0 +1,142 @@
+//! Arguments and their help.
+
+use clap::{Args as ClapArgs, Parser, Subcommand, ValueEnum};
+use std::path::PathBuf;
+
+const AFTER: &str = "\
+Exit codes:
+  0  fine
+  1  found wanting: errors in the plant file, a component that does not fit
+  2  the command line is wrong
+  3  a lane of the plant was stopped by a fault
+
+Start here:
+  latchwork check examples/alarm-unit/plant.toml        is the plant file right?
+  latchwork run examples/alarm-unit/plant.toml --sim    run it without its hardware
+  latchwork inspect target/components/ton.wasm          what ports does a block have?";
+
+/// A soft-PLC whose function blocks are WebAssembly components.
+///
+/// A plant file (TOML) names the blocks, the wires between them, the lanes that scan them and the drivers that connect
+/// them to the field. `run` runs it, in real time or as fast as the machine goes at virtual time.
+#[derive(Parser, Debug)]
+#[command(name = "latchwork", version, after_help = AFTER, max_term_width = 110)]
+pub(crate) struct Args {
+    /// What to do.
+    #[command(subcommand)]
+    pub(crate) command: Command,
+    /// Folder for compiled components [default: latchwork in the user's cache folder].
+    #[arg(long, global = true, value_name = "DIR", env = "LATCHWORK_CACHE")]
+    pub(crate) cache: Option<PathBuf>,
+    /// Compile every component anew and keep nothing.
+    #[arg(long, global = true, conflicts_with = "cache")]
+    pub(crate) no_cache: bool,
+}
+
+/// The commands.
+#[derive(Subcommand, Debug)]
+pub(crate) enum Command {
+    /// Run a plant until Ctrl-C, SIGTERM or the end of its time.
+    Run(Run),
+    /// Check a plant file and its components; every error at once.
+    Check(Check),
+    /// Show what a component is: classes, ports, imports, size, hash.
+    Inspect(Inspect),
+    /// List every tag of a plant with its type and its writer.
+    Tags(Tags),
+    /// Print the JSON Schema of the plant file, for editors.
+    ///
+    /// In VS Code with the Even Better TOML extension, put `#:schema plant.schema.json` in the first line of the plant
+    /// file after `latchwork schema > plant.schema.json`.
+    Schema,
+}
+
+/// Which clock.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum Speed {
+    /// The machine's clock, a thread per lane.
+    Real,
+    /// Virtual time, as fast as it goes; the same result every time, to the byte.
+    Max,
+}
+
+/// `latchwork run`
+#[derive(ClapArgs, Debug)]
+pub(crate) struct Run {
+    /// The plant file.
+    #[arg(value_name = "PLANT")]
+    pub(crate) plant: PathBuf,
+    /// Replace every driver by `sim` points, and add the blocks and feeds of [sim].
+    #[arg(long)]
+    pub(crate) sim: bool,
+    /// Plant time to run, such as 10s or 1m 30s.
+    #[arg(long = "for", value_name = "TIME", value_parser = duration, conflicts_with = "scans")]
+    pub(crate) duration: Option<u64>,
+    /// Scans of the first lane to run.
+    #[arg(long, value_name = "N")]
+    pub(crate) scans: Option<u64>,
+    /// `max` needs a plant of `sim` drivers only, or --sim.
+    #[arg(long, value_enum, default_value = "real")]
+    pub(crate) speed: Speed,
+    /// CSV `time,tag,value` that moves input points of sim drivers and sends commands to blocks.
+    #[arg(long, value_name = "FILE")]
+    pub(crate) stimulus: Option<PathBuf>,
+    /// Write a CSV row `time_ns,lane,tag,value` whenever a tag has changed at the end of a scan.
+    #[arg(long, value_name = "FILE")]
+    pub(crate) trace: Option<PathBuf>,
+    /// Tags to trace; lane.* only when named.
+    #[arg(long, value_name = "GLOB", default_value = "*", requires = "trace")]
+    pub(crate) trace_tags: String,
+    /// Write every record as a line of JSON.
+    #[arg(long, value_name = "FILE")]
+    pub(crate) records: Option<PathBuf>,
+    /// Print the summary as JSON, and nothing else.
+    #[arg(long)]
+    pub(crate) json: bool,
+    /// Print nothing while the plant runs.
+    #[arg(long, short)]
+    pub(crate) quiet: bool,
+}
+
+/// `latchwork check`
+#[derive(ClapArgs, Debug)]
+pub(crate) struct Check {
+    /// The plant file.
+    #[arg(value_name = "PLANT")]
+    pub(crate) plant: PathBuf,
+    /// Check it as `run --sim` would run it.
+    #[arg(long)]
+    pub(crate) sim: bool,
+    /// Print the findings as JSON.
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
+/// `latchwork inspect`
+#[derive(ClapArgs, Debug)]
+pub(crate) struct Inspect {
+    /// The component, a .wasm file.
+    #[arg(value_name = "COMPONENT")]
+    pub(crate) component: PathBuf,
+    /// Print as JSON.
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
+/// `latchwork tags`
+#[derive(ClapArgs, Debug)]
+pub(crate) struct Tags {
+    /// The plant file.
+    #[arg(value_name = "PLANT")]
+    pub(crate) plant: PathBuf,
+    /// List them as `run --sim` would have them.
+    #[arg(long)]
+    pub(crate) sim: bool,
+    /// Print as JSON.
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
+fn duration(text: &str) -> Result<u64, String> {
+    latchwork_image::parse_duration(text).map_err(|e| e.to_string())
+}

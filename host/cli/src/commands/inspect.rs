@@ -1,0 +1,102 @@
+//! `latchwork inspect COMPONENT`
+
+use crate::Exit;
+use crate::args::Inspect;
+use anyhow::{Context, Result};
+use comfy_table::{Table, presets};
+use latchwork_block::{CallPath, Class, Component, Engine, Port, Template};
+use serde_json::{Value, json};
+
+pub(super) fn execute(engine: &Engine, args: &Inspect) -> Result<Exit> {
+    let component = engine.load_file(&args.component).with_context(|| format!("{}", args.component.display()))?;
+    let mut classes = Vec::new();
+    for class in component.classes() {
+        classes.push((class, component.template(class)?));
+    }
+    if args.json {
+        println!("{}", serde_json::to_string_pretty(&as_json(&component, &classes))?);
+    } else {
+        print(&component, &classes);
+    }
+    Ok(Exit::Fine)
+}
+
+fn path_name(template: &Template) -> &'static str {
+    match template.path() {
+        CallPath::Plain => "plain",
+        CallPath::Component => "component",
+    }
+}
+
+/// The five groups of ports in the order of the contract; flags are bool tags of their own.
+fn groups(class: &Class) -> [(&'static str, Vec<(String, String, bool, Option<String>)>); 6] {
+    let ports = |ports: &[Port]| {
+        ports.iter().map(|p| (p.path.clone(), p.ty.to_string(), p.signal, p.doc.clone())).collect::<Vec<_>>()
+    };
+    let flags =
+        |group: &str, names: &[String]| names.iter().map(|n| (n.clone(), "bool".into(), false, class.flag_doc(group, n))).collect();
+    [
+        ("inputs", ports(&class.inputs)),
+        ("outputs", ports(&class.outputs)),
+        ("settings", ports(&class.settings)),
+        ("commands", flags("commands", &class.commands)),
+        ("alarms", flags("alarms", &class.alarms)),
+        ("retained", ports(&class.retained)),
+    ]
+}
+
+fn as_json(component: &Component, classes: &[(&Class, Template)]) -> Value {
+    let classes: Vec<_> = classes
+        .iter()
+        .map(|(class, template)| {
+            let mut entry = json!({
+                "name": class.name,
+                "docs": class.doc,
+                "call-path": path_name(template),
+                "why-not-plain": template.why_not_plain(),
+            });
+            for (group, ports) in groups(class) {
+                entry[group] = ports
+                    .into_iter()
+                    .map(|(name, ty, signal, doc)| json!({ "name": name, "type": ty, "signal": signal, "docs": doc }))
+                    .collect();
+            }
+            entry
+        })
+        .collect();
+    json!({
+        "name": component.name(),
+        "hash": component.hash(),
+        "size": component.size(),
+        "imports": component.imports(),
+        "classes": classes,
+    })
+}
+
+fn print(component: &Component, classes: &[(&Class, Template)]) {
+    println!("{}  {} bytes  sha256 {}", component.name(), component.size(), component.hash());
+    let imports = component.imports();
+    println!("imports: {}", if imports.is_empty() { "none".into() } else { imports.join(", ") });
+    for (class, template) in classes {
+        println!("\nclass {}", class.name);
+        if let Some(doc) = &class.doc {
+            println!("{doc}");
+        }
+        match template.why_not_plain() {
+            Some(why) => println!("call path: {} ({why})", path_name(template)),
+            None => println!("call path: {}", path_name(template)),
+        }
+        for (group, ports) in groups(class) {
+            if ports.is_empty() {
+                continue;
+            }
+            let mut table = Table::new();
+            table.load_preset(presets::NOTHING).set_content_arrangement(comfy_table::ContentArrangement::Dynamic);
+            for (name, ty, signal, doc) in ports {
+                let ty = if signal { format!("{ty} + quality") } else { ty };
+                table.add_row([format!("  {name}"), ty, doc.unwrap_or_default()]);
+            }
+            println!("\n {group}\n{table}");
+        }
+    }
+}

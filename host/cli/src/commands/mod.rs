@@ -1,0 +1,48 @@
+//! One module per command.
+
+mod check;
+mod inspect;
+mod run;
+mod schema;
+mod tags;
+
+use crate::Exit;
+use crate::args::{Args, Command};
+use crate::report;
+use anyhow::{Context, Result};
+use latchwork_block::{Engine, EngineOptions};
+use latchwork_plant::check::{CheckOptions, check_file};
+use latchwork_plant::model::Model;
+use std::path::{Path, PathBuf};
+
+/// Executes a command.
+pub(crate) fn execute(args: Args) -> Result<Exit> {
+    let engine = || engine(args.cache.clone(), args.no_cache);
+    match &args.command {
+        Command::Run(run) => run::execute(&engine()?, run),
+        Command::Check(check) => check::execute(&engine()?, check),
+        Command::Inspect(inspect) => inspect::execute(&engine()?, inspect),
+        Command::Tags(tags) => tags::execute(&engine()?, tags),
+        Command::Schema => schema::execute(),
+    }
+}
+
+fn engine(cache: Option<PathBuf>, no_cache: bool) -> Result<Engine> {
+    let cache = if no_cache { None } else { cache.or_else(default_cache) };
+    Engine::new(EngineOptions { cache, ..EngineOptions::default() }).context("the WebAssembly engine did not start")
+}
+
+/// `$XDG_CACHE_HOME/latchwork`, else `~/.cache/latchwork`.
+fn default_cache() -> Option<PathBuf> {
+    let base = std::env::var_os("XDG_CACHE_HOME").map(PathBuf::from).filter(|p| p.is_absolute());
+    base.or_else(|| std::env::home_dir().map(|h| h.join(".cache"))).map(|b| b.join("latchwork"))
+}
+
+/// The checked model, or `None` after its errors were printed. Notes are printed only by `check`.
+fn load(engine: &Engine, plant: &Path, sim: bool) -> Option<Model> {
+    let checked = check_file(plant, engine, CheckOptions { sim });
+    if checked.model.is_none() {
+        eprint!("{}", checked.render(report::colours()));
+    }
+    checked.model
+}

@@ -1,0 +1,17 @@
+//! Errors and colours.
+
+use std::io::IsTerminal;
+
+/// Prints an error with its causes.
+pub(crate) fn error(error: &anyhow::Error) {
+    let (bold, plain) = if colours() { ("\x1b[1;31m", "\x1b[0m") } else { ("", "") };
+    eprintln!("{bold}error{plain}: {error}");
+    for cause in error.chain().skip(1) {
+        eprintln!("  because: {cause}");
+    }
+}
+
+/// Colours only on a terminal, and not when the user said no (<https://no-color.org>).
+pub(crate) fn colours() -> bool {
+    std::io::stderr().is_terminal() && std::env::var_os("NO_COLOR").is_none_or(|v| v.is_empty())
+}

@@ -1,0 +1,153 @@
+//! One block in its lane: execution and what follows from it.
+
+use super::Lane;
+use latchwork_block::{Instance, Scan};
+use latchwork_image::Quality;
+use latchwork_record::{Entry, Kind, SourceId};
+use std::ops::Range;
+
+/// What a block is doing.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum BlockState {
+    /// It executes every scan.
+    Running,
+    /// It has faulted and waits for its restart.
+    Faulted,
+    /// It has faulted too often and stays out until an operator acts.
+    Parked,
+}
+
+/// A block in its lane. What every scan touches comes first.
+pub struct Block {
+    /// The instance; `None` while the block is out of order.
+    pub instance: Option<Instance>,
+    /// Plant time of the last execution.
+    pub last: u64,
+    /// The next execution is the first after a cold start.
+    pub first: bool,
+    /// It has executed at least once with its present instance or state.
+    pub ran: bool,
+    /// A plain real output is not finite now.
+    pub not_finite: bool,
+    /// Argument cells, in the lane's list.
+    pub ins: Range<u32>,
+    /// Conversions, in the lane's list.
+    pub converts: Range<u32>,
+    /// Plain real outputs, in the lane's list.
+    pub reals: Range<u32>,
+    /// Output cells.
+    pub out: Range<u32>,
+    /// Quality cell.
+    pub quality: u32,
+    /// Alarms word and its value after the previous execution.
+    pub alarms: Option<(u32, u64)>,
+    /// Everything that only faults, alarms and operators touch.
+    pub rest: Box<Rest>,
+}
+
+/// The part of a block that a steady scan does not touch.
+pub struct Rest {
+    /// Index in the model.
+    pub model: usize,
+    /// Name as a source of records.
+    pub source: SourceId,
+    /// Names of its alarms as sources, by bit.
+    pub alarm_sources: Vec<SourceId>,
+    /// Commands word.
+    pub commands: Option<u32>,
+    /// One-shot bits that are set.
+    pub one_shot: u64,
+    /// Quality cells of signal outputs.
+    pub qualities: Vec<u32>,
+    /// Safe values.
+    pub safe: Vec<(u32, u64)>,
+    /// Policy after a fault.
+    pub on_fault: crate::model::OnFault,
+    /// State.
+    pub state: BlockState,
+    /// Faults in a row.
+    pub strikes: u8,
+    /// Faults in all.
+    pub faults: u64,
+    /// Plant time of the last fault.
+    pub faulted_at: u64,
+    /// Plant time of the restart.
+    pub restart_at: u64,
+    /// A new instance that waits for its time.
+    pub ready: Option<Instance>,
+    /// Messages of the block's log.
+    pub messages: super::message::Budget,
+    /// Executions with a value that was not finite.
+    pub not_finite: u64,
+}
+
+impl Lane {
+    #[inline]
+    pub(super) fn execute(&mut self, index: usize, now: u64) {
+        let parts = &mut self.parts;
+        let block = &mut parts.blocks[index];
+        let Some(instance) = &mut block.instance else { return };
+        for c in &parts.converts[block.converts.start as usize..block.converts.end as usize] {
+            parts.cells[c.to as usize] = (parts.cells[c.from as usize] >> c.shift & 1) ^ u64::from(c.flip);
+        }
+        let scan = Scan { now, elapsed: if block.ran { now.saturating_sub(block.last) } else { 0 }, first: block.first };
+        let ins = &parts.ins[block.ins.start as usize..block.ins.end as usize];
+        if let Err(fault) = instance.execute(scan, ins, block.out.start, &mut parts.cells) {
+            self.block_fault(index, now, &fault);
+            return;
+        }
+        block.last = now;
+        block.first = false;
+        if !block.ran {
+            block.ran = true;
+            parts.cells[block.quality as usize] = Quality::Good.cell();
+        }
+        if parts.forces.any() {
+            parts.forces.apply(&mut parts.cells, block.quality, block.out.end);
+        }
+        let not_finite = parts.reals[block.reals.start as usize..block.reals.end as usize]
+            .iter()
+            .any(|(cell, mask)| parts.cells[*cell as usize] & mask == *mask);
+        let logged = instance.has_log();
+        let alarms = block.alarms;
+        if not_finite || block.not_finite {
+            self.watch_finite(index, now, not_finite);
+        }
+        if let Some((cell, previous)) = alarms
+            && self.parts.cells[cell as usize] != previous
+        {
+            self.alarms_changed(index, now);
+        }
+        if logged {
+            self.take_messages(index, now);
+        }
+    }
+
+    /// A plain output that is not a number makes the block's outputs bad while it lasts; one record when it begins, one
+    /// when it ends.
+    #[cold]
+    fn watch_finite(&mut self, index: usize, now: u64, not_finite: bool) {
+        let block = &mut self.parts.blocks[index];
+        let source = block.rest.source;
+        if not_finite {
+            block.rest.not_finite += 1;
+        }
+        if not_finite == block.not_finite {
+            return;
+        }
+        block.not_finite = not_finite;
+        let count = block.rest.not_finite;
+        self.parts.cells[block.quality as usize] = if not_finite { Quality::Bad } else { Quality::Good }.cell();
+        let entry = if not_finite {
+            Entry::new(now, Kind::Fault, source, "not-finite")
+                .priority(100)
+                .text(format_args!("an output is NaN or infinite; the block's outputs have quality bad"))
+        } else {
+            block.rest.not_finite = 0;
+            Entry::new(now, Kind::Fault, source, "finite")
+                .priority(50)
+                .text(format_args!("all outputs are finite again after {count} executions"))
+        };
+        self.parts.recorder.push(entry);
+    }
+}

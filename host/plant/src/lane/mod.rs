@@ -1,0 +1,233 @@
+//! A lane: blocks that execute together, once per scan.
+//!
+//! A scan is: take requests → latch inputs → execute blocks in order → alarms → statistics → publish. In steady state it
+//! allocates nothing, takes no lock, makes no system call but the clock's, and logs nothing. Time comes in as an
+//! argument, so the same code runs on a real-time thread and at virtual time.
+
+mod alarm;
+mod block;
+mod fault;
+mod message;
+mod request;
+mod statistics;
+mod trace;
+
+pub use block::{Block, BlockState, Rest};
+pub use fault::{BACK_OFF, STRIKES};
+pub use request::{Mode, Reply, Request, RestartRequest};
+pub use statistics::Statistics;
+pub use trace::{Change, Tracer, Watch};
+
+use crate::layout::{Convert, STATE};
+use latchwork_image::{ForceInbox, RegionReader, RegionWriter};
+use latchwork_record::{Entry, Kind, Recorder, SourceId};
+
+/// State of a lane, first cell of its region.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(u8)]
+pub enum LaneState {
+    /// No scan yet.
+    Starting = 0,
+    /// Scanning; its outputs are live.
+    Running = 1,
+    /// Stopped in order.
+    Stopped = 2,
+    /// Stopped by a fault.
+    Faulted = 3,
+}
+
+impl LaneState {
+    /// From the cell.
+    pub fn from_cell(cell: u64) -> Self {
+        match cell {
+            0 => Self::Starting,
+            1 => Self::Running,
+            2 => Self::Stopped,
+            _ => Self::Faulted,
+        }
+    }
+
+    /// The word for displays.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Starting => "starting",
+            Self::Running => "running",
+            Self::Stopped => "stopped",
+            Self::Faulted => "faulted",
+        }
+    }
+}
+
+/// What a lane is made of; assembled by [`crate::assemble`].
+pub struct LaneParts {
+    /// Name.
+    pub name: String,
+    /// Index in the model.
+    pub index: usize,
+    /// Period, ns.
+    pub every: u64,
+    /// Longest scan, ns.
+    pub watchdog: u64,
+    /// All cells, the published ones first.
+    pub cells: Vec<u64>,
+    /// The lane's region.
+    pub region: RegionWriter,
+    /// Regions it reads, each with `(slot, cell)`.
+    pub imports: Vec<(RegionReader, Vec<(u32, u32)>)>,
+    /// Its blocks in order.
+    pub blocks: Vec<Block>,
+    /// Argument cells of all blocks.
+    pub ins: Vec<u32>,
+    /// Conversions of all blocks.
+    pub converts: Vec<Convert>,
+    /// Plain real outputs of all blocks with their exponent masks.
+    pub reals: Vec<(u32, u64)>,
+    /// Forces on its cells.
+    pub forces: ForceInbox,
+    /// Its records.
+    pub recorder: Recorder,
+    /// Its name as a source of records.
+    pub source: SourceId,
+    /// Requests from operators and the supervisor.
+    pub requests: rtrb::Consumer<Request>,
+    /// Blocks to be restarted.
+    pub restarts: rtrb::Producer<RestartRequest>,
+    /// Traced tags.
+    pub tracer: Tracer,
+}
+
+/// A lane that can scan.
+pub struct Lane {
+    parts: LaneParts,
+    state: LaneState,
+    statistics: Statistics,
+    /// Blocks that wait for a new instance or for the end of their back-off.
+    waiting: Vec<u32>,
+    /// Blocks whose one-shot commands go back after their next execution.
+    one_shots: Vec<u32>,
+}
+
+impl Lane {
+    /// A lane before its first scan.
+    pub fn new(parts: LaneParts) -> Self {
+        let blocks = parts.blocks.len();
+        Self {
+            statistics: Statistics::new(parts.every),
+            parts,
+            state: LaneState::Starting,
+            waiting: Vec::with_capacity(blocks),
+            one_shots: Vec::with_capacity(blocks),
+        }
+    }
+
+    /// Name.
+    pub fn name(&self) -> &str {
+        &self.parts.name
+    }
+
+    /// Index in the model.
+    pub fn index(&self) -> usize {
+        self.parts.index
+    }
+
+    /// Period, ns.
+    pub fn every(&self) -> u64 {
+        self.parts.every
+    }
+
+    /// State.
+    pub fn state(&self) -> LaneState {
+        self.state
+    }
+
+    /// Figures so far.
+    pub fn statistics(&self) -> &Statistics {
+        &self.statistics
+    }
+
+    /// Rows of the trace that found no room.
+    pub fn trace_lost(&self) -> u64 {
+        self.parts.tracer.lost()
+    }
+
+    /// Makes a record about the lane itself; not from within a scan.
+    pub fn note(&mut self, now: u64, transition: &'static str, text: std::fmt::Arguments<'_>) {
+        let entry = Entry::new(now, Kind::Lane, self.parts.source, transition).priority(100).text(text);
+        self.parts.recorder.push(entry);
+    }
+
+    /// Its blocks, after the run.
+    pub fn blocks_mut(&mut self) -> &mut [Block] {
+        &mut self.parts.blocks
+    }
+
+    /// One scan at plant time `now`, due at `due` (ns); `clock` tells how long it took.
+    pub fn scan(&mut self, due: u64, now: u64, clock: impl Fn() -> u64) -> LaneState {
+        if matches!(self.state, LaneState::Stopped | LaneState::Faulted) {
+            return self.state;
+        }
+        if self.state == LaneState::Starting {
+            self.state = LaneState::Running;
+            self.parts.recorder.push(Entry::new(now, Kind::Lane, self.parts.source, "started"));
+        }
+        self.parts.forces.update();
+        self.release_one_shots();
+        self.take_requests(now);
+        for (reader, wanted) in &self.parts.imports {
+            reader.gather(wanted, &mut self.parts.cells);
+        }
+        for index in 0..self.parts.blocks.len() {
+            self.execute(index, now);
+            // A block may have stopped the lane (`on-fault = "stop-lane"`).
+            if self.state != LaneState::Running {
+                break;
+            }
+        }
+        self.finish(due, now, clock());
+        self.state
+    }
+
+    /// Statistics, watchdog, trace, publication.
+    fn finish(&mut self, due: u64, now: u64, end: u64) {
+        let scan_time = end.saturating_sub(now);
+        self.statistics.scan(due, now, end);
+        self.statistics.report(now, &mut self.parts.recorder, self.parts.source);
+        if self.state == LaneState::Running && scan_time > self.parts.watchdog {
+            let watchdog = self.parts.watchdog;
+            self.fail(now, format_args!("the scan took {} us, the watchdog allows {} us", scan_time / 1000, watchdog / 1000));
+        }
+        self.parts.cells[STATE as usize] = self.state as u64;
+        self.statistics.write(&mut self.parts.cells);
+        self.parts.tracer.scan(now, &self.parts.cells);
+        self.parts.recorder.settle(now);
+        self.parts.region.publish(&self.parts.cells, now);
+    }
+
+    /// Stops in order: outputs become safe through the drivers, the last values stay visible.
+    pub fn stop(&mut self, now: u64) {
+        if matches!(self.state, LaneState::Starting | LaneState::Running) {
+            self.state = LaneState::Stopped;
+            self.statistics.settle(now, &mut self.parts.recorder, self.parts.source);
+            self.settle_messages(now);
+            self.parts.recorder.push(Entry::new(now, Kind::Lane, self.parts.source, "stopped"));
+            self.publish_state(now);
+        }
+    }
+
+    fn publish_state(&mut self, now: u64) {
+        self.parts.cells[STATE as usize] = self.state as u64;
+        self.parts.recorder.settle(now);
+        self.parts.region.publish(&self.parts.cells, now);
+    }
+}
+
+impl Drop for Lane {
+    /// A lane that goes away while running has panicked: whoever reads its region must see that it is dead.
+    fn drop(&mut self) {
+        if self.state == LaneState::Running {
+            self.state = LaneState::Faulted;
+            self.parts.cells[STATE as usize] = self.state as u64;
+            self.parts.region.publish(&self.parts.cells, 0);
+        }
+    }
+}

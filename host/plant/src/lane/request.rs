@@ -1,0 +1,134 @@
+//! What reaches a lane from outside between two scans.
+
+use super::{BlockState, Lane};
+use latchwork_block::{FaultKind, Instance};
+use latchwork_record::{Entry, Kind, Text};
+
+/// Requests a lane takes per scan at most; the rest waits for the next.
+const PER_SCAN: usize = 32;
+
+/// How long a command stays.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Mode {
+    /// True for exactly one execution of the block.
+    OneShot,
+    /// Set or cleared until the next command.
+    Level(bool),
+}
+
+/// A request to a lane.
+pub enum Request {
+    /// A command to a block.
+    Command {
+        /// Index of the block in the lane.
+        block: u32,
+        /// Bit of the commands word.
+        bit: u8,
+        /// How long.
+        mode: Mode,
+    },
+    /// The supervisor's answer to a restart request.
+    Restarted(Reply),
+}
+
+/// A new instance for a block that faulted, or why there is none.
+pub struct Reply {
+    /// Index of the block in the lane.
+    pub block: u32,
+    /// The instance, configured.
+    pub instance: Result<Box<Instance>, Box<(FaultKind, Text)>>,
+}
+
+/// A block that needs a new instance; the dead one goes along, to be dropped off the lane.
+pub struct RestartRequest {
+    /// Index of the block in the lane; `u32::MAX` when only the dead instance is handed over.
+    pub block: u32,
+    /// Index of the block in the model.
+    pub model: usize,
+    /// The dead instance.
+    pub dead: Option<Instance>,
+}
+
+impl Lane {
+    pub(super) fn take_requests(&mut self, now: u64) {
+        for _ in 0..PER_SCAN {
+            match self.parts.requests.pop() {
+                Ok(Request::Command { block, bit, mode }) => self.command(block, bit, mode),
+                Ok(Request::Restarted(reply)) => self.restarted(reply, now),
+                Err(_) => break,
+            }
+        }
+        let mut at = 0;
+        while at < self.waiting.len() {
+            let index = self.waiting[at] as usize;
+            if self.restart(index, now) {
+                self.waiting.swap_remove(at);
+            } else {
+                at += 1;
+            }
+        }
+    }
+
+    fn command(&mut self, index: u32, bit: u8, mode: Mode) {
+        let Some(block) = self.parts.blocks.get_mut(index as usize) else { return };
+        let Some(cell) = block.rest.commands else { return };
+        let (cell, mask) = (&mut self.parts.cells[cell as usize], 1u64 << bit);
+        match mode {
+            Mode::Level(false) => *cell &= !mask,
+            Mode::Level(true) => *cell |= mask,
+            Mode::OneShot => {
+                *cell |= mask;
+                if block.rest.one_shot == 0 {
+                    self.one_shots.push(index);
+                }
+                block.rest.one_shot |= mask;
+            }
+        }
+    }
+
+    /// Takes one-shot commands back that their block has seen.
+    pub(super) fn release_one_shots(&mut self) {
+        let parts = &mut self.parts;
+        self.one_shots.retain(|index| {
+            let block = &mut parts.blocks[*index as usize];
+            let seen = block.ran || block.rest.state == BlockState::Parked;
+            if seen && let Some(cell) = block.rest.commands {
+                parts.cells[cell as usize] &= !block.rest.one_shot;
+                block.rest.one_shot = 0;
+            }
+            !seen
+        });
+    }
+
+    fn restarted(&mut self, reply: Reply, now: u64) {
+        let index = reply.block as usize;
+        match reply.instance {
+            Ok(instance) => self.parts.blocks[index].rest.ready = Some(*instance),
+            Err(fault) => {
+                let (kind, text) = *fault;
+                self.waiting.retain(|w| *w != reply.block);
+                self.contain(index, now, kind, text.as_str());
+                let block = &mut self.parts.blocks[index];
+                if block.rest.state == BlockState::Faulted {
+                    let request = RestartRequest { block: reply.block, model: block.rest.model, dead: None };
+                    let _ = self.parts.restarts.push(request);
+                }
+            }
+        }
+    }
+
+    /// Puts a waiting block back to work when its instance is there and its time has come.
+    fn restart(&mut self, index: usize, now: u64) -> bool {
+        let block = &mut self.parts.blocks[index];
+        if now < block.rest.restart_at || block.rest.ready.is_none() {
+            return false;
+        }
+        block.instance = block.rest.ready.take();
+        block.rest.state = BlockState::Running;
+        block.first = true;
+        block.ran = false;
+        let entry = Entry::new(now, Kind::Fault, block.rest.source, "restarted").priority(50);
+        self.parts.recorder.push(entry);
+        true
+    }
+}

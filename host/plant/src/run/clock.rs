@@ -1,0 +1,42 @@
+//! The machine's clock, behind a trait: nothing in this crate reads a clock that it was not given.
+
+use rustix::thread::ClockId;
+use rustix::time::{Timespec, clock_gettime};
+
+/// Plant time by some clock.
+pub trait Clock: Send + Sync {
+    /// Plant time, ns since the start.
+    fn now(&self) -> u64;
+    /// Sleeps until a plant time (absolute: no drift); returns early on a signal.
+    fn sleep_until(&self, time: u64);
+}
+
+/// CLOCK_MONOTONIC, 0 at its making.
+pub struct MachineClock {
+    start: u64,
+}
+
+fn monotonic() -> u64 {
+    let t = clock_gettime(rustix::time::ClockId::Monotonic);
+    (t.tv_sec as u64).saturating_mul(1_000_000_000).saturating_add(t.tv_nsec as u64)
+}
+
+impl MachineClock {
+    /// A clock that starts now.
+    pub fn start() -> Self {
+        Self { start: monotonic() }
+    }
+}
+
+impl Clock for MachineClock {
+    fn now(&self) -> u64 {
+        monotonic().saturating_sub(self.start)
+    }
+
+    fn sleep_until(&self, time: u64) {
+        let at = self.start.saturating_add(time);
+        let at = Timespec { tv_sec: (at / 1_000_000_000) as i64, tv_nsec: (at % 1_000_000_000) as i64 };
+        // EINTR is an early return, which callers expect.
+        let _ = rustix::thread::clock_nanosleep_absolute(ClockId::Monotonic, &at);
+    }
+}

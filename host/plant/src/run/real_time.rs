@@ -1,0 +1,169 @@
+//! Real time: a thread per lane with absolute deadlines, one for I/O, and the caller's for everything else.
+
+use super::{Clock, Control, Observer, Outcome, RunOptions};
+use crate::assemble::{DriverParts, Plant, Time, tick_ns};
+use crate::lane::{Lane, LaneState};
+use crate::model;
+use latchwork_block::{Engine, Ticker};
+use latchwork_io::IoThread;
+use latchwork_io::driver::{DriverContext, IoEvent};
+use latchwork_record::{Entry, Kind, Recorder, SourceId};
+use std::collections::HashMap;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::thread::JoinHandle;
+use std::time::Duration;
+use thread_priority::{
+    RealtimeThreadSchedulePolicy, ThreadPriority, ThreadSchedulePolicy, set_thread_priority_and_policy,
+    thread_native_id,
+};
+
+/// Period of the caller's housekeeping: restarts, records, display, ns.
+const HOUSEKEEPING: u64 = 5_000_000;
+/// Records wait this long for older ones of other lanes, ns.
+const SETTLE: u64 = 20_000_000;
+/// A lane looks for a stop at least this often, ns.
+const NAP: u64 = 50_000_000;
+/// Time the drivers have to write their safe values.
+const DRIVERS_STOP: Duration = Duration::from_secs(3);
+
+/// Runs a plant by a clock until its time is over, `stop` turns true, or no lane runs any more.
+pub fn run_real(
+    mut plant: Plant,
+    engine: &Engine,
+    options: &RunOptions,
+    clock: Arc<dyn Clock>,
+    stop: &AtomicBool,
+    observer: &mut dyn Observer,
+) -> Outcome {
+    let tick = tick_ns(plant.shortest_budget, Time::Real);
+    let _ticker = Ticker::start(engine, Duration::from_nanos(tick));
+    let io = start_drivers(std::mem::take(&mut plant.drivers), &clock);
+    let stop_lanes = Arc::new(AtomicBool::new(false));
+    let mut threads = Vec::new();
+    let mut lost = Vec::new();
+    for lane in std::mem::take(&mut plant.lanes) {
+        let config = plant.model.lanes[lane.index()].clone();
+        let scans = options.scans.filter(|_| lane.index() == 0);
+        let (clock, stop) = (Arc::clone(&clock), Arc::clone(&stop_lanes));
+        let name = config.name.clone();
+        let body = move || drive(lane, &config, scans, &*clock, &stop);
+        match std::thread::Builder::new().name(format!("lane-{name}")).spawn(body) {
+            Ok(thread) => threads.push(thread),
+            Err(error) => lost.push(format!("lane `{name}` got no thread: {error}")),
+        }
+    }
+    let mut stimulus = options.stimulus.iter().peekable();
+    let mut at = clock.now();
+    loop {
+        let now = clock.now();
+        while let Some(next) = stimulus.next_if(|s| s.time <= now) {
+            plant.stimulate(next.action);
+        }
+        plant.sim.publish(now);
+        plant.supervisor.pump();
+        plant.drain(now.saturating_sub(SETTLE), observer);
+        let over = options.duration.is_some_and(|d| now >= d)
+            || (options.scans.is_some() && threads.first().is_none_or(JoinHandle::is_finished))
+            || threads.iter().all(JoinHandle::is_finished)
+            || stop.load(Ordering::Relaxed);
+        if observer.tick(now) == Control::Stop || over || !lost.is_empty() {
+            break;
+        }
+        at = (at + HOUSEKEEPING).max(now);
+        let next = stimulus.peek().map_or(at, |s| s.time.min(at));
+        clock.sleep_until(next);
+    }
+    stop_lanes.store(true, Ordering::Relaxed);
+    let mut lanes: Vec<Lane> = threads.into_iter().filter_map(|t| t.join().ok()).collect();
+    io.stop(DRIVERS_STOP);
+    plant.drain(u64::MAX, observer);
+    let mut outcome = Outcome::new(&plant.model, &mut lanes, clock.now(), plant.router.last_seq());
+    // A lane whose thread panicked or never was there left no figures; it still counts.
+    for config in &plant.model.lanes {
+        if !outcome.lanes.iter().any(|l| l.name == config.name) {
+            let statistics = crate::lane::Statistics::new(config.every);
+            outcome.lanes.push(super::LaneOutcome { name: config.name.clone(), state: LaneState::Faulted, statistics });
+        }
+    }
+    outcome
+}
+
+/// One lane's thread.
+fn drive(mut lane: Lane, config: &model::Lane, scans: Option<u64>, clock: &dyn Clock, stop: &AtomicBool) -> Lane {
+    set_priority(&mut lane, config, clock);
+    let start = clock.now();
+    let mut due = start;
+    loop {
+        while clock.now() < due && !stop.load(Ordering::Relaxed) {
+            clock.sleep_until(due.min(clock.now() + NAP));
+        }
+        if stop.load(Ordering::Relaxed) || scans.is_some_and(|n| lane.statistics().scans >= n) {
+            lane.stop(clock.now());
+            return lane;
+        }
+        let now = clock.now();
+        if lane.scan(due, now, || clock.now()) == LaneState::Faulted {
+            return lane;
+        }
+        // The grid of deadlines stays; those that have passed are left out, not made up for.
+        let late = clock.now().saturating_sub(due) / config.every;
+        due += config.every * late.max(1);
+    }
+}
+
+fn set_priority(lane: &mut Lane, config: &model::Lane, clock: &dyn Clock) {
+    let policy = ThreadSchedulePolicy::Realtime(RealtimeThreadSchedulePolicy::Fifo);
+    let priority = thread_priority::ThreadPriorityValue::try_from(config.priority);
+    let set = priority.map_err(|e| e.to_string()).and_then(|p| {
+        set_thread_priority_and_policy(thread_native_id(), ThreadPriority::Crossplatform(p), policy)
+            .map_err(|e| format!("{e:?}"))
+    });
+    if let Err(why) = set {
+        lane.note(
+            clock.now(),
+            "no-real-time",
+            format_args!(
+                "SCHED_FIFO priority {} was refused ({why}): the lane runs with ordinary priority and may be late; allow it \
+                 with `setcap cap_sys_nice+ep` or an rtprio limit",
+                config.priority
+            ),
+        );
+    }
+    if let Some(cpu) = config.cpu {
+        let mut set = rustix::thread::CpuSet::new();
+        set.set(cpu);
+        if let Err(error) = rustix::thread::sched_setaffinity(None, &set) {
+            lane.note(clock.now(), "not-pinned", format_args!("cpu = {cpu} was refused ({error}); any CPU runs the lane"));
+        }
+    }
+}
+
+fn start_drivers(drivers: Vec<DriverParts>, clock: &Arc<dyn Clock>) -> IoThread {
+    let made = drivers.into_iter().map(|d| {
+        let clock = Arc::clone(clock);
+        let at = Arc::clone(&clock);
+        let report = reporter(d.recorder, d.sources, d.name.clone(), at);
+        move |stop| {
+            let now: Arc<dyn Fn() -> u64 + Send + Sync> = Arc::new(move || clock.now());
+            (d.driver, DriverContext { inputs: d.region, outputs: d.outputs, clock: now, report, stop })
+        }
+    });
+    IoThread::start(made.collect())
+}
+
+/// Turns a driver's events into records.
+fn reporter(
+    mut recorder: Recorder,
+    sources: HashMap<String, SourceId>,
+    name: String,
+    clock: Arc<dyn Clock>,
+) -> Box<dyn FnMut(IoEvent) + Send> {
+    Box::new(move |event: IoEvent| {
+        let source = sources.get(&event.source).or_else(|| sources.get(&name));
+        if let Some(source) = source {
+            let entry = Entry::new(clock.now(), Kind::Io, *source, event.transition).priority(event.priority);
+            recorder.push(entry.text(format_args!("{}", event.text)));
+        }
+    })
+}

@@ -1,0 +1,54 @@
+//! From rows of a stimulus file to actions on this plant.
+
+use crate::assemble::Plant;
+use crate::model::TagRef;
+use crate::sim::{Action, Stimulus};
+use latchwork_image::{Type, nearest};
+use latchwork_io::stimulus::Stimulus as Row;
+
+/// A row that does not fit the plant.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("line {line}: {message}")]
+pub struct StimulusError {
+    /// Line of the file, from 1.
+    pub line: u64,
+    /// What was found, what was expected, the way out.
+    pub message: String,
+}
+
+/// Resolves rows to input points of `sim` drivers and commands of blocks; every row that fits nothing is reported.
+pub fn resolve(plant: &Plant, rows: &[Row]) -> Result<Vec<Stimulus>, Vec<StimulusError>> {
+    let (mut actions, mut errors) = (Vec::new(), Vec::new());
+    for row in rows {
+        match action(plant, row) {
+            Ok(action) => actions.push(Stimulus { time: row.time, action }),
+            Err(message) => errors.push(StimulusError { line: row.line, message }),
+        }
+    }
+    if errors.is_empty() { Ok(actions) } else { Err(errors) }
+}
+
+fn action(plant: &Plant, row: &Row) -> Result<Action, String> {
+    let value = |ty: &Type| ty.parse(&row.value).map_err(|e| format!("`{}`: {e}", row.tag));
+    if let Some((place, ty)) = plant.sim.find(&row.tag) {
+        if plant.sim.is_fed(&row.tag) {
+            return Err(format!("`{}` is fed by [sim.feed]; take the feed away to drive it by a stimulus", row.tag));
+        }
+        return Ok(Action::Point { place, cell: value(ty)? });
+    }
+    let id = plant.layout.tags.find(&row.tag);
+    let what = id.and_then(|id| plant.layout.ids.iter().find(|(_, i)| **i == id).map(|(what, _)| *what));
+    match what {
+        Some(TagRef::Command { block, bit }) => Ok(Action::Command { block, bit, set: value(&Type::Bool)? == 1 }),
+        Some(_) => Err(format!(
+            "`{}` cannot be driven by a stimulus; only input points of `sim` drivers (or of any driver with --sim) and \
+             commands of blocks can",
+            row.tag
+        )),
+        None => {
+            let known = plant.sim.names().chain(plant.layout.tags.iter().map(|(_, t)| t.name.as_str()));
+            let hint = nearest(&row.tag, known).map(|n| format!("; did you mean `{n}`?")).unwrap_or_default();
+            Err(format!("there is no tag `{}`{hint}", row.tag))
+        }
+    }
+}
