@@ -1,1 +1,29 @@
+//! Function blocks that are WebAssembly components: load, inspect, check, execute, limit, save and restore.
+//!
+//! Owns the engine, the device class as it is read from a component, the two call paths and the cache of compiled code.
+//! It must never know of plants, lanes, drivers or files other than components and its own cache; it reads no clock.
+//!
+//! ```text
+//! bytes ─► Component ─► Class (ports, from the component's types)
+//!             └───────► Template (compiled; plain path, or component path and why) ─► Instance ─► execute(cells)
+//! ```
+//!
+//! Every instance lives in a store of its own, so a fault poisons nothing else. A faulted instance is discarded.
 
+mod class;
+mod component;
+mod engine;
+mod error;
+mod fault;
+mod instance;
+mod limits;
+mod log;
+
+pub use class::{Class, Port};
+pub use component::{CallPath, Component, Template};
+pub use engine::{Engine, EngineError, EngineOptions, Ticker};
+pub use error::LoadError;
+pub use fault::{Fault, FaultKind};
+pub use instance::{Instance, Scan};
+pub use limits::Limits;
+pub use log::Level;
