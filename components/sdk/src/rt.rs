@@ -1,0 +1,52 @@
+//! What the code written by `#[block]` stands on: the instance, the allocator, the panic handler. Not for authors.
+
+use alloc::string::{String, ToString};
+
+pub use wit_bindgen::rt as wit;
+
+/// The one instance of a block in a component. It is made by `Default` at the first call.
+pub struct Instance<T>(#[cfg(target_arch = "wasm32")] core::cell::RefCell<Option<T>>, core::marker::PhantomData<fn(T)>);
+
+// SAFETY: a component runs on one thread: wasm32-unknown-unknown without the atomics feature has no other, and the
+// component model lets nobody enter an instance twice (the RefCell would trap).
+#[cfg(target_arch = "wasm32")]
+unsafe impl<T> Sync for Instance<T> {}
+
+impl<T: Default> Instance<T> {
+    /// No instance yet.
+    #[allow(clippy::new_without_default, reason = "only ever made in a static")]
+    pub const fn new() -> Self {
+        Self(
+            #[cfg(target_arch = "wasm32")]
+            core::cell::RefCell::new(None),
+            core::marker::PhantomData,
+        )
+    }
+
+    /// Lends the instance. Native code tests blocks as values: there this only type-checks the exports.
+    pub fn with<R>(&self, call: impl FnOnce(&mut T) -> R) -> R {
+        #[cfg(target_arch = "wasm32")]
+        return call(self.0.borrow_mut().get_or_insert_with(T::default));
+        #[cfg(not(target_arch = "wasm32"))]
+        call(&mut T::default())
+    }
+}
+
+/// Fails to compile, at the block, where it has no `Default`.
+pub fn needs_default<T: Default>() {}
+
+/// Turns any error that can be shown into the sentence that refuses settings.
+pub fn refusal<E: core::fmt::Display>(result: Result<(), E>) -> Result<(), String> {
+    result.map_err(|e| e.to_string())
+}
+
+#[cfg(target_arch = "wasm32")]
+#[global_allocator]
+static ALLOCATOR: dlmalloc::GlobalDlmalloc = dlmalloc::GlobalDlmalloc;
+
+#[cfg(all(target_arch = "wasm32", feature = "rt"))]
+#[panic_handler]
+fn panic(_: &core::panic::PanicInfo<'_>) -> ! {
+    // A trap is all a host needs to know; carrying the message would cost more than most blocks.
+    core::arch::wasm32::unreachable()
+}
