@@ -25,6 +25,8 @@ enum Task {
     Test(test::Test),
     /// Build function blocks to components
     Guests(guests::Guests),
+    /// Build any crate written with latchwork-sdk to a component
+    Component(guests::Component),
     /// Measure the figures of docs/performance.md
     Bench(bench::Bench),
 }
@@ -34,6 +36,7 @@ fn main() -> anyhow::Result<()> {
         Task::Demo(args) => demo::execute(&args),
         Task::Test(args) => test::execute(&args),
         Task::Guests(args) => guests::execute(&args),
+        Task::Component(args) => guests::execute_component(&args),
         Task::Bench(args) => bench::execute(&args),
     }
 }

@@ -1,20 +1,88 @@
-//! `cargo xtask guests`: every function block of the project as a component.
+//! Function blocks to components: `cargo xtask guests` for the project's own, `cargo xtask component` for any crate.
+//!
+//! ```text
+//! find ──crates──► build ──core modules──► component ──bytes──► report (table, limits) and NAME.wasm
+//! ```
 
-use anyhow::Result;
+mod build;
+mod component;
+mod find;
+mod report;
+
+use anyhow::{Context, Result, bail};
 use clap::Args;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// Arguments of `cargo xtask guests`.
 #[derive(Args, Debug, Default)]
 pub(crate) struct Guests {
-    /// Where the components go, instead of `components` in cargo's target folder
+    /// Where all components go, instead of `components` and `test-components` in cargo's target folder
     #[arg(long, value_name = "DIR")]
-    pub(crate) out: Option<PathBuf>,
+    out: Option<PathBuf>,
     /// Only these, by name (`ton`) or crate name (`latchwork-ton`)
-    pub(crate) names: Vec<String>,
+    names: Vec<String>,
 }
 
-/// Builds the components that `args` name.
-pub(crate) fn execute(_args: &Guests) -> Result<()> {
-    anyhow::bail!("not built yet")
+/// Arguments of `cargo xtask component`.
+#[derive(Args, Debug)]
+pub(crate) struct Component {
+    /// The folder of the crate (where its Cargo.toml is)
+    crate_folder: PathBuf,
+    /// Where the component goes, instead of `components` in the crate's target folder
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+}
+
+/// Builds the project's function blocks that `args` name, all of them if none is named.
+pub(crate) fn execute(args: &Guests) -> Result<()> {
+    build::need_target()?;
+    let (all, target) = find::of_workspace()?;
+    let chosen = find::choose(all, &args.names)?;
+    if chosen.is_empty() {
+        bail!("no function blocks found: a block is a crate of components/ or tests/guests/ with crate-type cdylib");
+    }
+    let modules = build::workspace(&chosen, &target)?;
+    write_all(&chosen, &modules, |krate| match &args.out {
+        Some(out) => out.clone(),
+        None => target.join(if krate.shipped { "components" } else { "test-components" }),
+    })
+}
+
+/// Builds one crate from anywhere.
+pub(crate) fn execute_component(args: &Component) -> Result<()> {
+    build::need_target()?;
+    let (krate, target) = find::in_folder(&args.crate_folder)?;
+    let module = build::folder(&krate, &args.crate_folder, &target)?;
+    let out = args.out.clone().unwrap_or_else(|| target.join("components"));
+    write_all(&[krate], &[module], |_| out.clone())
+}
+
+fn write_all(crates: &[find::Crate], modules: &[PathBuf], out: impl Fn(&find::Crate) -> PathBuf) -> Result<()> {
+    let mut facts = Vec::new();
+    let mut faults = Vec::new();
+    for (krate, module) in crates.iter().zip(modules) {
+        let bytes = std::fs::read(module).with_context(|| format!("cargo wrote no {}", module.display()))?;
+        let bytes =
+            component::from_module(&bytes).with_context(|| format!("{}: no component can be made", krate.name))?;
+        let fact = report::facts(krate, &bytes).with_context(|| format!("{}: the component is odd", krate.name))?;
+        faults.extend(report::faults(krate, &fact));
+        let folder = out(krate);
+        std::fs::create_dir_all(&folder).with_context(|| format!("cannot make the folder {}", folder.display()))?;
+        write_if_changed(&folder.join(format!("{}.wasm", krate.name)), &bytes)?;
+        facts.push(fact);
+    }
+    print!("{}", report::table(&facts));
+    if faults.is_empty() { Ok(()) } else { bail!("{}", faults.join("\n")) }
+}
+
+/// Leaves an unchanged file alone: what depends on its time is not made again, and a running plant is not disturbed.
+fn write_if_changed(path: &Path, bytes: &[u8]) -> Result<()> {
+    if std::fs::read(path).is_ok_and(|old| old == bytes) {
+        return Ok(());
+    }
+    // Beside it first: whoever reads the file never sees half of it.
+    let draft = path.with_extension("wasm.new");
+    std::fs::write(&draft, bytes)
+        .and_then(|()| std::fs::rename(&draft, path))
+        .with_context(|| format!("cannot write {}", path.display()))
 }
