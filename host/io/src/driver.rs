@@ -144,6 +144,8 @@ impl Outputs {
 }
 
 /// A driver that runs on the I/O thread.
+///
+/// However it ends (a stop, a panic, a cancelled run), its inputs must be bad afterwards: publish that in a `Drop`.
 pub trait Driver: Send {
     /// Runs until `context.stop` turns true; then writes the safe values within a bounded time and returns.
     fn run(self: Box<Self>, context: DriverContext) -> Pin<Box<dyn Future<Output = ()> + Send>>;

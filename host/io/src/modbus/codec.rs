@@ -5,9 +5,6 @@
 
 use latchwork_image::Type;
 
-/// Most words one value takes.
-pub(super) const MOST_WORDS: usize = 4;
-
 /// How a value stands in its registers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Coding {
@@ -129,7 +126,7 @@ mod tests {
     proptest! {
         /// Any registers give a cell that the type knows, and the same registers again.
         #[test]
-        fn registers_survive_the_cell(coding in codings(), registers in any::<[u16; MOST_WORDS]>(), little: bool) {
+        fn registers_survive_the_cell(coding in codings(), registers in any::<[u16; 4]>(), little: bool) {
             let order = if little { Words::Little } else { Words::Big };
             let registers = &registers[..usize::from(coding.words())];
             let cell = coding.decode(registers, order);

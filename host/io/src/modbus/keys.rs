@@ -1,10 +1,14 @@
 //! The two kinds and their keys.
 
-use super::point::{check_points, point};
+use super::connect::{SerialPeer, TcpPeer, characters, gap};
+use super::plan::{Range, group};
+use super::point::{Place, Table, check_points, point};
+use super::session::Session;
 use crate::driver::{Driver, DriverConfig, DriverKind, Problem};
 use latchwork_image::parse_duration;
 use latchwork_schema::{Key, Kind, Section, Values};
 use std::time::Duration;
+use tokio_serial::{Parity, StopBits};
 
 const MS: u64 = 1_000_000;
 const SECOND: u64 = 1_000 * MS;
@@ -19,7 +23,7 @@ pub(crate) static TCP: DriverKind = DriverKind {
     point_keys: &POINT_SECTION,
     point,
     check: check_tcp,
-    build: |config| build(config, Way::Tcp),
+    build: build_tcp,
 };
 
 /// Modbus RTU over a serial line.
@@ -29,14 +33,8 @@ pub(crate) static RTU: DriverKind = DriverKind {
     point_keys: &POINT_SECTION,
     point,
     check: check_rtu,
-    build: |config| build(config, Way::Rtu),
+    build: build_rtu,
 };
-
-#[derive(Clone, Copy)]
-enum Way {
-    Tcp,
-    Rtu,
-}
 
 static TCP_SECTION: Section = Section {
     name: "driver (modbus-tcp)",
@@ -208,7 +206,32 @@ fn check_rtu(config: &DriverConfig) -> Vec<Problem> {
             help: Some("name it, as in \"/dev/ttyUSB0\"; `ls /dev/serial/by-id` shows names that stay".into()),
         });
     }
+    let baud = integer(&config.values, &RTU_SECTION, "baud") as u32;
+    let timeout = Timing::of(&config.values).timeout;
+    if let Some((range, time)) = longest(config, baud).filter(|(_, time)| *time >= timeout) {
+        problems.push(Problem {
+            point: None,
+            key: TIMEOUT.name.into(),
+            message: format!(
+                "reading {range} takes {} ms on the line at {baud} baud, longer than the timeout of {timeout:?}",
+                time.as_millis()
+            ),
+            help: Some("raise `timeout`, best to twice that time or more, or the line's speed".into()),
+        });
+    }
     problems
+}
+
+/// The request for reading that keeps the line busy longest, and how long.
+fn longest(config: &DriverConfig, baud: u32) -> Option<(String, Duration)> {
+    let inputs = config.points.iter().filter(|p| p.safe.is_none());
+    let places = inputs.filter_map(|p| Place::of(&p.values).ok()).enumerate();
+    let time = |r: &Range| {
+        let data = if r.table.is_bits() { u32::from(r.count).div_ceil(8) } else { 2 * u32::from(r.count) };
+        // 8 bytes of question, 5 around the data of the answer, and the silence before it.
+        characters(8 + 5 + data, baud) + gap(baud)
+    };
+    group(places, Table::most_read).iter().map(|r| (r.name(), time(r))).max_by_key(|(_, time)| *time)
 }
 
 fn check_common(config: &DriverConfig) -> Vec<Problem> {
@@ -245,9 +268,32 @@ fn with_port(address: &str) -> Option<String> {
     (good && port != 0).then(|| format!("{host}:{port}"))
 }
 
-fn build(config: DriverConfig, _way: Way) -> Result<Box<dyn Driver>, String> {
-    let _ = integer(&config.values, &TCP_SECTION, "unit");
-    Err("not yet".into())
+fn build_tcp(config: DriverConfig) -> Result<Box<dyn Driver>, String> {
+    let values = &config.values;
+    let address = values.text("address").and_then(with_port).ok_or("the address is missing or wrong")?;
+    let peer = TcpPeer { address, unit: integer(values, &TCP_SECTION, "unit") as u8 };
+    Ok(Box::new(Session::new(&config, Timing::of(values), peer)?))
+}
+
+fn build_rtu(config: DriverConfig) -> Result<Box<dyn Driver>, String> {
+    let values = &config.values;
+    let parity = match values.text("parity") {
+        Some("none") => Parity::None,
+        Some("odd") => Parity::Odd,
+        _ => Parity::Even,
+    };
+    let stop_bits = match (values.integer("stop-bits"), parity) {
+        (Some(2), _) | (None, Parity::None) => StopBits::Two,
+        _ => StopBits::One,
+    };
+    let peer = SerialPeer {
+        device: values.text("device").ok_or("the serial port is missing")?.to_owned(),
+        baud: integer(values, &RTU_SECTION, "baud") as u32,
+        parity,
+        stop_bits,
+        unit: integer(values, &RTU_SECTION, "unit") as u8,
+    };
+    Ok(Box::new(Session::new(&config, Timing::of(values), peer)?))
 }
 
 #[cfg(test)]

@@ -14,8 +14,17 @@
 //! | `health` | what is reported, and when it is not |
 
 mod codec;
+mod connect;
+mod health;
+mod inputs;
 mod keys;
+mod link;
+mod outputs;
 mod plan;
 mod point;
+mod session;
+#[cfg(test)]
+mod tests;
+mod transport;
 
 pub(crate) use keys::{RTU, TCP};

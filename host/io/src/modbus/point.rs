@@ -107,7 +107,7 @@ impl Place {
         if values.has("words") && coding.words() == 1 {
             problems.push(problem(
                 "words",
-                &format!("a {} takes one {}, so there is no order of words", coding.ty(), entry(table)),
+                &format!("type {} takes one {}, so there is no order of words", coding.ty(), entry(table)),
                 "take `words` away, or choose a type of more than one register: u32, s32, f32, f64",
             ));
         }
@@ -116,7 +116,7 @@ impl Place {
             problems.push(problem(
                 table.key(),
                 &format!(
-                    "a {} at address {address} takes {} registers and would end at {}; the last address is 65535",
+                    "type {} at address {address} takes {} registers and would end at {}; the last address is 65535",
                     coding.ty(),
                     coding.words(),
                     place.end() - 1
@@ -142,14 +142,14 @@ fn coding(table: Table, values: &Values, problems: &mut Vec<Problem>) -> Coding 
         if let Some(other) = ty.filter(|t| *t != "bool") {
             problems.push(problem(
                 "type",
-                &format!("a {} is one bit, it cannot hold type \"{other}\"", table.key()),
+                &format!("`{}` is one bit, it cannot hold type \"{other}\"", table.key()),
                 "take `type` away or write type = \"bool\"; numbers stand in input-register or holding-register",
             ));
         }
         if values.has("bit") {
             problems.push(problem(
                 "bit",
-                &format!("a {} is one bit already", table.key()),
+                &format!("`{}` is one bit already", table.key()),
                 "take `bit` away; it chooses a bit of a register",
             ));
         }
@@ -212,7 +212,7 @@ fn not_writable(point: &PointConfig, place: &Place) -> Option<Problem> {
         let instead = if place.table.is_bits() { "coil" } else { "holding-register" };
         (
             place.table.key(),
-            format!("`{}` is an output, but a {} can only be read", point.name, place.table.key()),
+            format!("`{}` is an output, but a point of `{}` can only be read", point.name, place.table.key()),
             format!("use `{instead}`, or take `from` away to read it"),
         )
     } else if matches!(place.coding, Coding::Bit(_)) {
