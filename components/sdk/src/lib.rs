@@ -32,6 +32,8 @@ extern crate std;
 extern crate self as latchwork_sdk;
 
 pub mod log;
+#[cfg(all(target_arch = "wasm32", feature = "rt"))]
+mod freestanding;
 #[doc(hidden)]
 pub mod rt;
 pub mod types;

@@ -1,4 +1,4 @@
-//! What the code written by `#[block]` stands on: the instance, the allocator, the panic handler. Not for authors.
+//! What the code written by `#[block]` stands on: the instance and the bindings' runtime. Not for authors.
 
 use alloc::string::{String, ToString};
 
@@ -40,13 +40,3 @@ pub fn refusal<E: core::fmt::Display>(result: Result<(), E>) -> Result<(), Strin
     result.map_err(|e| e.to_string())
 }
 
-#[cfg(target_arch = "wasm32")]
-#[global_allocator]
-static ALLOCATOR: dlmalloc::GlobalDlmalloc = dlmalloc::GlobalDlmalloc;
-
-#[cfg(all(target_arch = "wasm32", feature = "rt"))]
-#[panic_handler]
-fn panic(_: &core::panic::PanicInfo<'_>) -> ! {
-    // A trap is all a host needs to know; carrying the message would cost more than most blocks.
-    core::arch::wasm32::unreachable()
-}

@@ -13,7 +13,7 @@ pub(super) fn from_module(module: &[u8]) -> Result<Vec<u8>> {
     let docs = docs(module)?;
     let module = without(module, &[DOCS, "name", "producers", "target_features"])?;
     let component = wit_component::ComponentEncoder::default().validate(true).module(&module)?.encode()?;
-    let mut component = without(&component, &["name", "producers"])?;
+    let mut component = without(&component, &["name", "component-name", "producers"])?;
     if !docs.is_empty() {
         append_section(&mut component, DOCS, Value::Object(docs).to_string().as_bytes());
     }

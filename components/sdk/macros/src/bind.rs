@@ -170,11 +170,14 @@ fn has_default(resolve: &Resolve, class: &Class, ty: &Type) -> bool {
     }
     match &resolve.types[*id].kind {
         TypeDefKind::Type(inner) => has_default(resolve, class, inner),
-        kind => is_own(class, *id) && match kind {
-            TypeDefKind::Record(record) => record.fields.iter().all(|f| has_default(resolve, class, &f.ty)),
-            TypeDefKind::Flags(_) | TypeDefKind::Enum(_) => true,
-            _ => false,
-        },
+        kind => {
+            is_own(class, *id)
+                && match kind {
+                    TypeDefKind::Record(record) => record.fields.iter().all(|f| has_default(resolve, class, &f.ty)),
+                    TypeDefKind::Flags(_) | TypeDefKind::Enum(_) => true,
+                    _ => false,
+                }
+        }
     }
 }
 

@@ -108,7 +108,8 @@ fn function(resolve: &Resolve, class: &Interface, name: &'static str) -> Result<
     let wit = &class.functions[name];
     let mut parameters = Vec::new();
     for p in &wit.params {
-        let ty = type_name(resolve, &p.ty).ok_or_else(|| format!("parameter `{}` of `{name}` has no type name", p.name))?;
+        let ty =
+            type_name(resolve, &p.ty).ok_or_else(|| format!("parameter `{}` of `{name}` has no type name", p.name))?;
         parameters.push((p.name.replace('-', "_"), ty));
     }
     let expected: Vec<String> = match name {
