@@ -3,21 +3,21 @@
 //! ```
 //! #[derive(Default)]
 //! struct Rising {
-//!     clk: bool,
+//!     m: bool,
 //! }
 //!
 //! #[latchwork_sdk::block("latchwork:device/r-trig")]
 //! impl Rising {
 //!     fn execute(&mut self, _scan: Scan, inputs: Inputs) -> Outputs {
-//!         let q = inputs.clk && !self.clk;
-//!         self.clk = inputs.clk;
+//!         let q = inputs.clk && !self.m;
+//!         self.m = inputs.clk;
 //!         Outputs { q }
 //!     }
 //!     fn save(&self) -> Retained {
-//!         Retained { clk: self.clk }
+//!         Retained { m: self.m }
 //!     }
 //!     fn restore(&mut self, state: Retained) {
-//!         self.clk = state.clk;
+//!         self.m = state.m;
 //!     }
 //! }
 //! # fn main() {}
@@ -31,9 +31,9 @@ extern crate std;
 // Generated code names this crate by its name, here too.
 extern crate self as latchwork_sdk;
 
-pub mod log;
 #[cfg(all(target_arch = "wasm32", feature = "rt"))]
 mod freestanding;
+pub mod log;
 #[doc(hidden)]
 pub mod rt;
 pub mod types;

@@ -39,4 +39,3 @@ pub fn needs_default<T: Default>() {}
 pub fn refusal<E: core::fmt::Display>(result: Result<(), E>) -> Result<(), String> {
     result.map_err(|e| e.to_string())
 }
-
