@@ -9,7 +9,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::io;
 use std::sync::{Arc, Mutex, MutexGuard};
 use std::time::Duration;
-use tokio::io::{AsyncReadExt, AsyncWriteExt, DuplexStream, duplex};
+use tokio::io::{AsyncReadExt, AsyncWriteExt, DuplexStream, ReadHalf, WriteHalf, duplex};
 use tokio::time::{Instant, sleep};
 use tokio_modbus::Slave;
 use tokio_modbus::client::{Context, rtu, tcp};
@@ -69,7 +69,11 @@ pub(super) struct State {
 pub(super) struct Device {
     wire: Wire,
     state: Arc<Mutex<State>>,
+    /// Where a serial line ends: the port that was opened last, whoever asked and when.
+    line: Arc<tokio::sync::Mutex<Option<Answers>>>,
 }
+
+type Answers = WriteHalf<DuplexStream>;
 
 impl Device {
     pub(super) fn new(wire: Wire) -> Self {
@@ -83,7 +87,7 @@ impl Device {
             counter: None,
             started: Instant::now(),
         };
-        Self { wire, state: Arc::new(Mutex::new(state)) }
+        Self { wire, state: Arc::new(Mutex::new(state)), line: Arc::default() }
     }
 
     pub(super) fn state(&self) -> MutexGuard<'_, State> {
@@ -109,7 +113,10 @@ impl Device {
         std::mem::take(&mut self.state().log)
     }
 
-    async fn serve(self, mut stream: DuplexStream) {
+    async fn serve(self, stream: DuplexStream) {
+        let (mut stream, answers) = tokio::io::split(stream);
+        let line = if self.wire == Wire::Tcp { Arc::default() } else { Arc::clone(&self.line) };
+        *line.lock().await = Some(answers);
         while let Ok((frame, pdu)) = self.request(&mut stream).await {
             let (mood, reply) = {
                 let mut state = self.state();
@@ -120,7 +127,10 @@ impl Device {
             let answer = |pdu: &[u8]| self.frame(frame, UNIT, pdu);
             let bytes = match mood {
                 Mood::Fine => answer(&reply),
-                Mood::Absent | Mood::Closes => return,
+                Mood::Absent | Mood::Closes => {
+                    *line.lock().await = None;
+                    return;
+                }
                 Mood::Silent => continue,
                 Mood::Late(ms) => {
                     sleep(Duration::from_millis(ms)).await;
@@ -147,9 +157,7 @@ impl Device {
                     half
                 }
                 Mood::Twice => {
-                    if stream.write_all(&answer(&reply)).await.is_err() {
-                        return;
-                    }
+                    send(&line, &answer(&reply)).await;
                     sleep(Duration::from_millis(20)).await;
                     answer(&reply)
                 }
@@ -159,14 +167,12 @@ impl Device {
                     bytes
                 }
             };
-            if stream.write_all(&bytes).await.is_err() {
-                return;
-            }
+            send(&line, &bytes).await;
         }
     }
 
     /// Transaction and PDU of the next request.
-    async fn request(&self, stream: &mut DuplexStream) -> io::Result<(u16, Vec<u8>)> {
+    async fn request(&self, stream: &mut ReadHalf<DuplexStream>) -> io::Result<(u16, Vec<u8>)> {
         if self.wire == Wire::Tcp {
             let mut header = [0; 7];
             stream.read_exact(&mut header).await?;
@@ -193,6 +199,13 @@ impl Device {
         let body = [&[unit], pdu].concat();
         let sum = crc(&body);
         [&body[..], &sum].concat()
+    }
+}
+
+async fn send(line: &tokio::sync::Mutex<Option<Answers>>, bytes: &[u8]) {
+    if let Some(answers) = line.lock().await.as_mut() {
+        // Nobody may listen any more; a device does not know.
+        let _ = answers.write_all(bytes).await;
     }
 }
 

@@ -139,22 +139,22 @@ async fn a_link_that_has_held_begins_with_the_shortest_pause() {
 
 /// Every answer carries the number of the reading it belongs to; whatever was late or doubled, a value that is published
 /// as good is that of the latest reading.
-async fn nothing_stale_passes_for_fresh(wire: Wire, moods: &[(Mood, u64)]) {
+async fn nothing_stale_passes_for_fresh(wire: Wire, points: Vec<PointConfig>, moods: &[(Mood, u64)]) {
     let device = Device::new(wire);
     device.state().counter = Some(0);
-    let bench = Bench::start(&device, points());
+    let bench = Bench::start(&device, points);
     let mut publications = 0;
     for (mood, ms) in moods.iter().copied().chain([(Mood::Fine, 4000)]) {
         device.mood(mood);
         for _ in 0..ms {
+            let asked = device.state().counter.unwrap();
             pass(1).await;
             let (value, quality) = bench.input(0);
             let fresh = bench.inputs.publications() != publications;
             publications = bench.inputs.publications();
             if fresh && quality == Quality::Good {
-                let asked = device.state().counter.unwrap();
-                // At most one more was asked within the millisecond since.
-                assert!(value == u64::from(asked), "{wire:?} {moods:?}: good {value} after reading {asked}");
+                // The next one may have been asked in this very millisecond.
+                assert!(value >= u64::from(asked), "{wire:?} {moods:?}: good {value} after reading {asked}");
             }
         }
     }
@@ -165,8 +165,12 @@ async fn nothing_stale_passes_for_fresh(wire: Wire, moods: &[(Mood, u64)]) {
 async fn late_answers_are_never_taken_for_new_ones() {
     for wire in [Wire::Tcp, Wire::Rtu] {
         for late in (90..420).step_by(11) {
-            nothing_stale_passes_for_fresh(wire, &[(Mood::Fine, 300), (Mood::Late(late), 1500)]).await;
+            // One request alone: every answer looks like every other.
+            for points in [points(), points()[..1].to_vec()] {
+                nothing_stale_passes_for_fresh(wire, points, &[(Mood::Fine, 300), (Mood::Late(late), 1500)]).await;
+            }
         }
+        nothing_stale_passes_for_fresh(wire, points()[..1].to_vec(), &[(Mood::Fine, 300), (Mood::Twice, 600)]).await;
     }
 }
 
@@ -176,15 +180,19 @@ proptest! {
     fn no_sequence_of_faults_makes_stale_values_good(
         rtu: bool,
         moods in prop::collection::vec((prop::sample::select(ALL.to_vec()), 1..700u64), 1..6),
-        late in 0..250u64,
+        late in 0..430u64,
+        one: bool,
     ) {
         let wire = if rtu { Wire::Rtu } else { Wire::Tcp };
         let moods: Vec<_> = moods
             .into_iter()
             .map(|(mood, ms)| (if matches!(mood, Mood::Late(_)) { Mood::Late(late) } else { mood }, ms))
             .filter(|(mood, _)| possible(wire, *mood))
+            // A second answer during the next equal question on a serial line is beyond anybody's knowing.
+            .filter(|(mood, _)| !(rtu && one && *mood == Mood::Twice))
             .collect();
+        let points = if one { points()[..1].to_vec() } else { points() };
         let runtime = tokio::runtime::Builder::new_current_thread().enable_time().start_paused(true).build().unwrap();
-        runtime.block_on(nothing_stale_passes_for_fresh(wire, &moods));
+        runtime.block_on(nothing_stale_passes_for_fresh(wire, points, &moods));
     }
 }
