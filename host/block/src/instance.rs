@@ -1,6 +1,11 @@
 //! A block's instance: one store, one class, one call path.
 
-use crate::{Class, Fault, Level};
+use crate::component_path;
+use crate::interface::{ClassInterface, Function};
+use crate::state::State;
+use crate::{CallPath, Class, Fault, Level, Limits};
+use std::sync::Arc;
+use wasmtime::Store;
 
 /// One pass of a lane as a block sees it, `latchwork:block/types.scan`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -14,52 +19,155 @@ pub struct Scan {
 }
 
 /// An instance in a store of its own. After a fault every further call is a fault, too.
-pub struct Instance {}
+///
+/// It is kept small: a lane walks over a thousand of them in every scan.
+pub struct Instance {
+    store: Store<State>,
+    bound: Bound,
+    ticks: u64,
+    faulted: bool,
+    class: Arc<ClassInterface>,
+}
+
+/// An instance's functions on one of the call paths.
+pub(crate) enum Bound {
+    Component(Box<component_path::Bound>),
+}
+
+impl From<component_path::Bound> for Bound {
+    fn from(bound: component_path::Bound) -> Self {
+        Self::Component(Box::new(bound))
+    }
+}
+
+/// What a call other than `execute` gave.
+#[derive(Debug, PartialEq)]
+pub(crate) enum Returned {
+    /// Cells, none for a function without result.
+    Cells(Vec<u64>),
+    /// The answer of `configure`.
+    Refusal(Result<(), String>),
+}
 
 impl Instance {
+    pub(crate) fn new(store: Store<State>, bound: Bound, limits: &Limits, class: Arc<ClassInterface>) -> Self {
+        Self { store, bound, ticks: limits.call_ticks(), faulted: false, class }
+    }
+
     /// The class it is used as.
     pub fn class(&self) -> &Class {
-        todo!()
+        &self.class.class
+    }
+
+    /// The call path it takes.
+    pub fn path(&self) -> CallPath {
+        match self.bound {
+            Bound::Component(_) => CallPath::Component,
+        }
     }
 
     /// Executes the block once. `ins` holds the indices of the argument cells: inputs in the order of the class, each
     /// signal's quality behind its value, then the commands word. The outputs, each signal's quality behind its value,
     /// then the alarms word are written from cell `out` on. After an error no cell has changed.
     ///
+    /// Argument cells must hold values of their types, as `latchwork_image::Type` makes them: a component gets others as
+    /// they are, or changed to fit, and may misbehave.
+    ///
     /// # Panics
     /// When `ins` does not have [`Class::argument_cells`] entries, or an index is outside `cells`.
-    pub fn execute(&mut self, _scan: Scan, _ins: &[u32], _out: u32, _cells: &mut [u64]) -> Result<(), Fault> {
-        todo!()
+    #[inline]
+    pub fn execute(&mut self, scan: Scan, ins: &[u32], out: u32, cells: &mut [u64]) -> Result<(), Fault> {
+        self.begin(Function::Execute)?;
+        let result = match &mut self.bound {
+            Bound::Component(bound) => bound.execute(&mut self.store, scan, ins, out, cells),
+        };
+        match result {
+            Ok(()) => Ok(()),
+            Err(error) => Err(self.fail(Function::Execute, &error)),
+        }
     }
 
     /// Gives the block its settings, one cell per port; the inner error is the block's own sentence why it refuses them.
-    /// A class without settings accepts nothing but an empty slice.
-    pub fn configure(&mut self, _settings: &[u64]) -> Result<Result<(), String>, Fault> {
-        todo!()
+    /// A class without settings has nothing to refuse.
+    ///
+    /// # Panics
+    /// When there is not one cell per port.
+    pub fn configure(&mut self, settings: &[u64]) -> Result<Result<(), String>, Fault> {
+        assert_eq!(settings.len(), self.class().settings.len(), "one cell per setting");
+        Ok(match self.call(Function::Configure, settings)? {
+            Some(Returned::Refusal(answer)) => answer,
+            _ => Ok(()),
+        })
     }
 
     /// The settings the block proposes itself, one cell per port; `None` when it has no function `defaults`.
     pub fn defaults(&mut self) -> Result<Option<Vec<u64>>, Fault> {
-        todo!()
+        self.call(Function::Defaults, &[]).map(cells)
     }
 
     /// The state to carry over, one cell per port of `retained`; `None` when the class retains nothing.
     pub fn save(&mut self) -> Result<Option<Vec<u64>>, Fault> {
-        todo!()
+        self.call(Function::Save, &[]).map(cells)
     }
 
     /// Hands back a state that `save` gave; does nothing when the class retains nothing.
-    pub fn restore(&mut self, _state: &[u64]) -> Result<(), Fault> {
-        todo!()
+    ///
+    /// # Panics
+    /// When there is not one cell per port.
+    pub fn restore(&mut self, state: &[u64]) -> Result<(), Fault> {
+        assert_eq!(state.len(), self.class().retained.len(), "one cell per retained port");
+        self.call(Function::Restore, state).map(drop)
     }
 
     /// Messages wait.
+    #[inline]
     pub fn has_log(&self) -> bool {
-        todo!()
+        self.store.data().log.waiting()
     }
 
-    /// Takes the waiting messages and returns the number of those that were dropped.
-    pub fn drain_log(&mut self, _take: impl FnMut(Level, &str)) -> u64 {
-        todo!()
+    /// Takes the waiting messages and returns the number of those that were dropped: of a flood the first 16 are kept,
+    /// of each 256 bytes.
+    pub fn drain_log(&mut self, take: impl FnMut(Level, &str)) -> u64 {
+        self.store.data_mut().log.drain(take)
+    }
+
+    #[inline]
+    fn begin(&mut self, function: Function) -> Result<(), Fault> {
+        if self.faulted {
+            return Err(Fault::dead(function, &self.class().name));
+        }
+        self.store.data_mut().refused = false;
+        self.store.set_epoch_deadline(self.ticks);
+        Ok(())
+    }
+
+    fn call(&mut self, function: Function, args: &[u64]) -> Result<Option<Returned>, Fault> {
+        self.begin(function)?;
+        let result = match &mut self.bound {
+            Bound::Component(bound) => bound.call(&mut self.store, function, args),
+        };
+        result.map_err(|error| self.fail(function, &error))
+    }
+
+    #[cold]
+    fn fail(&mut self, function: Function, error: &wasmtime::Error) -> Fault {
+        self.faulted = true;
+        Fault::new(Some(function), &self.class.class.name, error, self.store.data())
+    }
+}
+
+fn cells(returned: Option<Returned>) -> Option<Vec<u64>> {
+    match returned {
+        Some(Returned::Cells(cells)) => Some(cells),
+        _ => None,
+    }
+}
+
+impl std::fmt::Debug for Instance {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Instance")
+            .field("class", &self.class().name)
+            .field("path", &self.path())
+            .finish_non_exhaustive()
     }
 }

@@ -12,12 +12,15 @@
 
 mod class;
 mod component;
+mod component_path;
 mod engine;
 mod error;
 mod fault;
 mod instance;
+mod interface;
 mod limits;
 mod log;
+mod state;
 
 pub use class::{Class, Port};
 pub use component::{CallPath, Component, Template};

@@ -1,11 +1,12 @@
 //! What an instance may use.
 
-/// Limits of one instance.
+/// Limits of one instance. The depth of recursion is the same for all: 512 KiB of stack.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Limits {
     /// Most linear memory, bytes, summed over its memories. Default 4 MiB.
     pub memory: u64,
-    /// Longest call, in ticks of the engine's epoch, at least 1; instantiation has ten times as much. Default 10.
+    /// Longest call, in ticks of the engine's epoch; 0 counts as 1. A call that begins right before a tick has up to one
+    /// tick less. Instantiation has ten times as much. Default 10.
     pub budget_ticks: u64,
     /// Most elements of its tables together. Default 10 000.
     pub table_elements: u64,
@@ -14,5 +15,17 @@ pub struct Limits {
 impl Default for Limits {
     fn default() -> Self {
         Self { memory: 4 << 20, budget_ticks: 10, table_elements: 10_000 }
+    }
+}
+
+impl Limits {
+    /// Ticks of one call. The bound keeps the epoch's sum far from overflow.
+    pub(crate) fn call_ticks(&self) -> u64 {
+        self.budget_ticks.clamp(1, u64::MAX / 32)
+    }
+
+    /// Ticks of an instantiation.
+    pub(crate) fn instantiation_ticks(&self) -> u64 {
+        self.call_ticks() * 10
     }
 }
