@@ -28,13 +28,22 @@ fn path_name(template: &Template) -> &'static str {
     }
 }
 
-/// The five groups of ports in the order of the contract; flags are bool tags of their own.
-fn groups(class: &Class) -> [(&'static str, Vec<(String, String, bool, Option<String>)>); 6] {
-    let ports = |ports: &[Port]| {
-        ports.iter().map(|p| (p.path.clone(), p.ty.to_string(), p.signal, p.doc.clone())).collect::<Vec<_>>()
+/// One line of the report: a port, or one flag of commands or alarms, which is a bool tag of its own.
+struct Line {
+    name: String,
+    ty: String,
+    signal: bool,
+    doc: Option<String>,
+}
+
+/// The groups of ports in the order of the contract.
+fn groups(class: &Class) -> [(&'static str, Vec<Line>); 6] {
+    let port = |p: &Port| Line { name: p.path.clone(), ty: p.ty.to_string(), signal: p.signal, doc: p.doc.clone() };
+    let ports = |ports: &[Port]| ports.iter().map(port).collect();
+    let flags = |group: &str, names: &[String]| {
+        let flag = |n: &String| Line { name: n.clone(), ty: "bool".into(), signal: false, doc: class.flag_doc(group, n) };
+        names.iter().map(flag).collect()
     };
-    let flags =
-        |group: &str, names: &[String]| names.iter().map(|n| (n.clone(), "bool".into(), false, class.flag_doc(group, n))).collect();
     [
         ("inputs", ports(&class.inputs)),
         ("outputs", ports(&class.outputs)),
@@ -58,7 +67,7 @@ fn as_json(component: &Component, classes: &[(&Class, Template)]) -> Value {
             for (group, ports) in groups(class) {
                 entry[group] = ports
                     .into_iter()
-                    .map(|(name, ty, signal, doc)| json!({ "name": name, "type": ty, "signal": signal, "docs": doc }))
+                    .map(|l| json!({ "name": l.name, "type": l.ty, "signal": l.signal, "docs": l.doc }))
                     .collect();
             }
             entry
@@ -91,10 +100,10 @@ fn print(component: &Component, classes: &[(&Class, Template)]) {
                 continue;
             }
             let mut table = Table::new();
-            table.load_preset(presets::NOTHING).set_content_arrangement(comfy_table::ContentArrangement::Dynamic);
-            for (name, ty, signal, doc) in ports {
-                let ty = if signal { format!("{ty} + quality") } else { ty };
-                table.add_row([format!("  {name}"), ty, doc.unwrap_or_default()]);
+            table.load_style(presets::NOTHING).set_content_arrangement(comfy_table::ContentArrangement::Dynamic);
+            for line in ports {
+                let ty = if line.signal { format!("{} + quality", line.ty) } else { line.ty };
+                table.add_row([format!("  {}", line.name), ty, line.doc.unwrap_or_default()]);
             }
             println!("\n {group}\n{table}");
         }

@@ -30,7 +30,7 @@ pub(super) fn execute(engine: &Engine, args: &Tags) -> Result<Exit> {
         return Ok(Exit::Fine);
     }
     let mut table = Table::new();
-    table.load_preset(presets::NOTHING).set_header(["tag", "type", "source"]);
+    table.load_style(presets::NOTHING).set_header(["tag", "type", "source"]);
     for row in rows {
         table.add_row([row.tag, row.ty, row.source]);
     }

@@ -89,7 +89,7 @@ impl Picture {
         let per_lane = Statistic::ALL.len();
         let row = |(index, name): (usize, &String)| LaneRow {
             name: name.clone(),
-            state: LaneState::from_cell(self.states[index].cell(STATE as usize)),
+            state: LaneState::from_cell(self.states[index].cell(STATE)),
             figures: (0..per_lane).map(|n| self.view.cell(index * per_lane + n)).collect(),
         };
         self.lanes.iter().enumerate().map(row).collect()

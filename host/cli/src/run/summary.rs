@@ -20,7 +20,7 @@ fn state(state: BlockState) -> &'static str {
 pub(crate) fn text(name: &str, outcome: &Outcome, written: &Written) -> String {
     let mut out = format!("\n{name}: {} of plant time\n", format_duration(outcome.time));
     let mut table = Table::new();
-    table.load_preset(presets::NOTHING);
+    table.load_style(presets::NOTHING);
     table.set_header(["lane", "state", "scans", "overruns", "mean scan", "longest", "latest start", "faults"]);
     for lane in &outcome.lanes {
         let s = &lane.statistics;

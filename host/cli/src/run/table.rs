@@ -59,7 +59,7 @@ impl Table {
 
     fn lanes(&self, columns: usize) -> Vec<String> {
         let mut grid = Grid::new();
-        grid.load_preset(presets::NOTHING);
+        grid.load_style(presets::NOTHING);
         grid.set_header(["lane", "state", "scans", "overruns", "scan", "longest", "latest start", "faults"]);
         for lane in self.picture.lanes() {
             let [scans, overruns, scan, max, jitter, faults] = lane.figures[..] else { continue };
