@@ -3,8 +3,9 @@
 use syn::parse::{Parse, ParseStream};
 use syn::{Error, Ident, LitStr, Result, Token};
 
-const EXAMPLE: &str = "expected the device class, as in #[block(\"latchwork:device/ton\")] \
-                       or #[block(\"my:package/class@0.1.0\", wit = \"wit\")]";
+const EXAMPLE: &str = "expected the device class:\n\n    \
+                       #[block(\"latchwork:device/ton\")]\n    \
+                       #[block(\"workshop:drives/conveyor\", wit = \"wit\")]";
 
 /// What the author wrote in the attribute.
 pub(crate) struct Args {

@@ -23,11 +23,18 @@ const SHARED: &str = "latchwork:block/types@0.1.0";
 
 /// Expands `#[block]`.
 pub(crate) fn block(args: TokenStream, item: TokenStream) -> TokenStream {
-    // Without the class there is nothing to check the impl against: its own errors would only hide this one.
-    expand(args, item).unwrap_or_else(Error::into_compile_error)
+    match expand(args, item) {
+        Ok((code, errors)) => {
+            let errors = errors.iter().map(Error::to_compile_error);
+            quote!(#(#errors)* #code)
+        }
+        // Without the class the impl would only add errors of its own about types that are not there.
+        Err(e) => e.into_compile_error(),
+    }
 }
 
-fn expand(args: TokenStream, item: TokenStream) -> syn::Result<TokenStream> {
+/// The code, and what does not fit: with the types in scope, rustc adds nothing that follows from it.
+pub(crate) fn expand(args: TokenStream, item: TokenStream) -> syn::Result<(TokenStream, Vec<Error>)> {
     let args: Args = syn::parse2(args)?;
     let item = check::item(syn::parse2::<Item>(item)?, &args.class.value())?;
     let mut found = wit::find(&args)?;
@@ -44,12 +51,10 @@ fn expand(args: TokenStream, item: TokenStream) -> syn::Result<TokenStream> {
     let files = found.files.iter().map(|f| f.display().to_string());
     let errors = check::differences(&item, &class, &args.class.value());
     let exports = if errors.is_empty() { exports(&item, &class, &module, &path, &docs) } else { quote!() };
-    let errors = errors.iter().map(Error::to_compile_error);
     let own = names.own;
     let shared = names.shared;
     let scope: Vec<&Ident> = own.iter().chain(&shared).collect();
-    Ok(quote! {
-        #(#errors)*
+    let code = quote! {
         #[doc(hidden)]
         #[allow(warnings)]
         mod #module {
@@ -69,7 +74,8 @@ fn expand(args: TokenStream, item: TokenStream) -> syn::Result<TokenStream> {
             #item
             #exports
         };
-    })
+    };
+    Ok((code, errors))
 }
 
 /// Expands `__shared!`: the types and the log as the SDK re-exports them.
@@ -107,7 +113,27 @@ fn generate(resolve: &mut Resolve, world: WorldId, options: Opts) -> anyhow::Res
     let mut files = Files::default();
     options.build().generate(resolve, world, &mut files)?;
     let (_, source) = files.iter().next().ok_or_else(|| anyhow::anyhow!("wit-bindgen wrote nothing"))?;
-    std::str::from_utf8(source)?.parse().map_err(|e| anyhow::anyhow!("bindings are no Rust: {e}"))
+    let source = without_examples(std::str::from_utf8(source)?);
+    source.parse().map_err(|e| anyhow::anyhow!("bindings are no Rust: {e}"))
+}
+
+/// Leaves out comments with an example of wit-bindgen's own: in the author's crate it would run as a doc test.
+fn without_examples(source: &str) -> String {
+    let mut out = String::with_capacity(source.len());
+    let mut comment = String::new();
+    for line in source.lines() {
+        let is_comment = line.trim_start().starts_with("///");
+        if !is_comment && !comment.is_empty() {
+            if !comment.contains("macro_rules!") {
+                out.push_str(&comment);
+            }
+            comment.clear();
+        }
+        let to = if is_comment { &mut comment } else { &mut out };
+        to.push_str(line);
+        to.push('\n');
+    }
+    out
 }
 
 struct Names {

@@ -1,7 +1,7 @@
 //! Compares the author's impl with the class and says, at the author's code, what does not fit.
 
 use crate::class::{Class, Function};
-use crate::names::suggestion;
+use crate::names::nearest;
 use quote::ToTokens;
 use syn::spanned::Spanned;
 use syn::{Error, FnArg, GenericArgument, ImplItem, ImplItemFn, Item, ItemImpl, PathArguments, ReturnType, Type};
@@ -28,7 +28,7 @@ pub(crate) fn item(item: Item, class: &str) -> Result<ItemImpl, Error> {
 pub(crate) fn differences(item: &ItemImpl, class: &Class, shown: &str) -> Vec<Error> {
     let mut errors = Vec::new();
     if let Some((_, path, _)) = &item.trait_ {
-        errors.push(Error::new(path.span(), "#[block] goes on an impl of the struct itself, not of a trait"));
+        return vec![Error::new(path.span(), "#[block] goes on an impl of the struct itself, not of a trait")];
     }
     if !item.generics.params.is_empty() {
         errors.push(Error::new(item.generics.span(), "a block has no generic parameters: a component is one instance"));
@@ -42,15 +42,21 @@ pub(crate) fn differences(item: &ItemImpl, class: &Class, shown: &str) -> Vec<Er
                 missing.retain(|f| f.name != ident);
                 compare(function, expected, shown, &mut errors);
             }
-            None => errors.push(Error::new(
-                function.sig.ident.span(),
-                format!(
-                    "`{ident}` is no function of {shown}{}\n\
-                     It has {}. A function of your own goes into an `impl {name}` without #[block].",
-                    suggestion(&ident, class.functions.iter().map(|f| f.name)),
-                    class.functions.iter().map(|f| f.name).collect::<Vec<_>>().join(", "),
-                ),
-            )),
+            None => {
+                let names = || class.functions.iter().map(|f| f.name);
+                let meant = nearest(&ident, names());
+                // A slip of the fingers is one mistake, not two.
+                missing.retain(|f| Some(f.name) != meant);
+                let way_out = match meant {
+                    Some(meant) => format!("; did you mean `{meant}`?"),
+                    None => format!(
+                        ", which has {}\na function of your own goes into an `impl {name}` without #[block]",
+                        names().collect::<Vec<_>>().join(", ")
+                    ),
+                };
+                let message = format!("`{ident}` is no function of {shown}{way_out}");
+                errors.push(Error::new(function.sig.ident.span(), message));
+            }
         }
     }
     if !missing.is_empty() {
@@ -83,7 +89,7 @@ fn compare(found: &ImplItemFn, expected: &Function, shown: &str, errors: &mut Ve
         errors.push(Error::new(sig.paren_token.span.join(), format!("`{name}` of {shown} takes ({takes})")));
     }
     if !returns(&sig.output, expected.result.as_deref()) {
-        let result = expected.result.as_deref().map_or("nothing".into(), |r| format!("{r}"));
+        let result = expected.result.as_deref().unwrap_or("nothing");
         let span = match &sig.output {
             ReturnType::Type(_, ty) => ty.span(),
             ReturnType::Default => sig.ident.span(),

@@ -9,6 +9,9 @@ use wit_parser::{Interface, InterfaceId, Resolve, Type, TypeDefKind, TypeId, Typ
 /// The functions of a class, in the order an author writes them.
 const FUNCTIONS: [&str; 5] = ["defaults", "configure", "execute", "save", "restore"];
 
+/// The types whose fields are ports, or state.
+const PORTS: [&str; 6] = ["settings", "inputs", "commands", "outputs", "alarms", "retained"];
+
 /// One function an author writes.
 #[derive(Debug)]
 pub(crate) struct Function {
@@ -75,6 +78,11 @@ pub(crate) fn read(resolve: &Resolve, interface: InterfaceId) -> Result<Class, S
             if class.types.contains_key(ty) != class.functions.contains_key(*function) {
                 return Err(refuse(format!("`{ty}` and `{function}` belong together")));
             }
+        }
+    }
+    for group in PORTS {
+        if let Some(ty) = class.types.get(group) {
+            check_port(resolve, &Type::Id(*ty), group).map_err(refuse)?;
         }
     }
     let functions = FUNCTIONS.into_iter().filter(|n| class.functions.contains_key(*n));
@@ -147,6 +155,30 @@ fn function(resolve: &Resolve, class: &Interface, name: &'static str) -> Result<
     Ok(Function { name, receiver, parameters, result })
 }
 
+/// Says which port has a type that no host wires; hosts refuse the same at load.
+fn check_port(resolve: &Resolve, ty: &Type, path: &str) -> Result<(), String> {
+    let kind = match ty {
+        Type::Char => "char",
+        Type::String => "string",
+        Type::ErrorContext => "error-context",
+        Type::Id(id) => match &resolve.types[*id].kind {
+            TypeDefKind::Type(inner) => return check_port(resolve, inner, path),
+            TypeDefKind::Record(record) => {
+                return record
+                    .fields
+                    .iter()
+                    .try_for_each(|f| check_port(resolve, &f.ty, &format!("{path}.{}", f.name)));
+            }
+            TypeDefKind::Flags(_) | TypeDefKind::Enum(_) => return Ok(()),
+            other => other.as_str(),
+        },
+        _ => return Ok(()),
+    };
+    Err(format!(
+        "`{path}` is a {kind}; a port is a bool, a number, an enum, flags, a duration, a signal or a record of these"
+    ))
+}
+
 fn type_name(resolve: &Resolve, ty: &Type) -> Option<String> {
     match ty {
         Type::Id(id) => resolve.types[*id].name.as_ref().map(|n| n.to_upper_camel_case()),
@@ -159,7 +191,7 @@ pub(crate) fn docs(resolve: &Resolve, interface: InterfaceId) -> Value {
     let class = &resolve.interfaces[interface];
     let mut ports = BTreeMap::new();
     for (name, id) in &class.types {
-        if ["settings", "inputs", "commands", "outputs", "alarms", "retained"].contains(&name.as_str()) {
+        if PORTS.contains(&name.as_str()) {
             collect_docs(resolve, *id, name, &mut ports);
         }
     }

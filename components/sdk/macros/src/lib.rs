@@ -13,6 +13,8 @@ mod bind;
 mod check;
 mod class;
 mod names;
+#[cfg(test)]
+mod tests;
 mod wit;
 
 use proc_macro::TokenStream;

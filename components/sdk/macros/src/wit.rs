@@ -1,7 +1,7 @@
 //! Finds a device class: in the packages of Latchwork, or in a folder of the author's.
 
 use crate::args::Args;
-use crate::names::suggestion;
+use crate::names::{nearest, suggestion};
 use std::path::{Path, PathBuf};
 use syn::Error;
 use wit_parser::{InterfaceId, PackageId, Resolve, SourceMap, WorldId};
@@ -48,7 +48,10 @@ fn from_folder(folder: &str) -> Result<(Resolve, Vec<PathBuf>), String> {
             "no WIT folder `{folder}` beside Cargo.toml; `wit = …` names the folder that holds the package's .wit files"
         ));
     }
-    let shown = |text: String| text.replace(&format!("{}/", root.display()), "");
+    let shown = |text: String| {
+        let text = text.replace(&format!("{}/", root.display()), "");
+        text.strip_prefix("failed to parse package: ").map(str::to_owned).unwrap_or(text)
+    };
     let mut alone = Resolve::default();
     let first = match alone.push_dir(&path) {
         Ok((_, sources)) => return Ok((alone, sources.paths().map(Path::to_path_buf).collect())),
@@ -76,16 +79,14 @@ fn look_up(args: &Args, resolve: &Resolve) -> Result<InterfaceId, String> {
         resolve.packages.iter().map(|(id, _)| id).filter(|id| short(*id) == args.package).collect();
     if of_name.is_empty() {
         let known: Vec<String> = resolve.packages.iter().map(|(id, _)| short(id)).collect();
-        let hint = match &args.wit {
-            None => "; for a package of your own add its folder: #[block(\"…\", wit = \"wit\")]",
-            Some(_) => "",
+        let way_out = match (nearest(&args.package, known.iter().map(String::as_str)), &args.wit) {
+            (Some(meant), _) => format!("; did you mean `{meant}`?"),
+            (None, None) => "; a package of your own needs its folder: #[block(\"…\", wit = \"wit\")]".to_owned(),
+            (None, Some(folder)) => {
+                format!("; the folder `{}` and Latchwork have {}", folder.value(), known.join(", "))
+            }
         };
-        return Err(format!(
-            "no package `{}`{}{hint} (known: {})",
-            args.package,
-            suggestion(&args.package, known.iter().map(String::as_str)),
-            known.join(", ")
-        ));
+        return Err(format!("no package `{}`{way_out}", args.package));
     }
     if let Some(version) = &args.version {
         let have: Vec<String> = of_name.iter().map(|id| resolve.packages[*id].name.to_string()).collect();
