@@ -76,7 +76,8 @@ fn plant(target: &Path, address: &str) -> Result<PathBuf> {
     }
     let text = std::fs::read_to_string(&original).with_context(|| format!("{}", original.display()))?;
     let components = toml_string(&target.join("components").display().to_string());
-    let copy = text.replace("\"127.0.0.1:5020\"", &toml_string(address)).replace("\"../../target/components\"", &components);
+    let copy =
+        text.replace("\"127.0.0.1:5020\"", &toml_string(address)).replace("\"../../target/components\"", &components);
     let path = target.join("demo/plant.toml");
     std::fs::create_dir_all(target.join("demo"))?;
     std::fs::write(&path, copy).with_context(|| format!("{}", path.display()))?;

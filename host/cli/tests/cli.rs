@@ -89,8 +89,20 @@ fn a_plant_runs_at_virtual_time_and_two_runs_are_equal_to_the_byte() {
     let files = |n: u32| [format!("trace{n}.csv"), format!("records{n}.jsonl")];
     for n in 1..=2 {
         let [trace, records] = files(n);
-        let args =
-            ["run", "stairs.toml", "--speed", "max", "--for", "5s", "--stimulus", "push.csv", "--trace", &trace, "--records", &records];
+        let args = [
+            "run",
+            "stairs.toml",
+            "--speed",
+            "max",
+            "--for",
+            "5s",
+            "--stimulus",
+            "push.csv",
+            "--trace",
+            &trace,
+            "--records",
+            &records,
+        ];
         let output = run(folder.path(), &args);
         assert!(output.status.success(), "{}", stderr(&output));
     }
@@ -121,8 +133,11 @@ fn exit_codes_and_messages_of_wrong_command_lines() {
         .replace("button = { type = \"bool\" }", "button = { discrete-input = 0 }")
         .replace("lamp = { type = \"bool\", ", "lamp = { coil = 0, ");
     std::fs::write(folder.path().join("real.toml"), real).expect("the plant file");
-    std::fs::write(folder.path().join("wrong.csv"), "time,tag,value\n1s,hall.buton,true\n2s,hall.button,7\n3s,light.outputs.q,true\n")
-        .expect("the stimulus");
+    std::fs::write(
+        folder.path().join("wrong.csv"),
+        "time,tag,value\n1s,hall.buton,true\n2s,hall.button,7\n3s,light.outputs.q,true\n",
+    )
+    .expect("the stimulus");
     std::fs::write(folder.path().join("core.wasm"), b"\0asm\x01\0\0\0").expect("a core module");
     let mut seen = String::new();
     for (args, code) in [
@@ -174,7 +189,12 @@ fn check_tags_inspect_and_schema_speak_to_people_and_scripts() {
     // Size and hash change with each compiler; the rest is the contract.
     let from_imports = inspect.find("imports:").expect("imports");
     insta::assert_snapshot!("inspect", &inspect[from_imports..]);
-    for args in [vec!["check", "stairs.toml", "--json"], vec!["tags", "stairs.toml", "--json"], vec!["inspect", &tof, "--json"], vec!["schema"]] {
+    for args in [
+        vec!["check", "stairs.toml", "--json"],
+        vec!["tags", "stairs.toml", "--json"],
+        vec!["inspect", &tof, "--json"],
+        vec!["schema"],
+    ] {
         let output = run(folder.path(), &args);
         assert!(output.status.success(), "{args:?}: {}", stderr(&output));
         serde_json::from_slice::<serde_json::Value>(&output.stdout).unwrap_or_else(|e| panic!("{args:?}: {e}"));

@@ -304,9 +304,7 @@ fn instantiate(
 /// The file's settings, completed by the component's defaults, or 0.
 fn complete(class: &Class, given: &[Option<u64>], defaults: Option<&[u64]>) -> Vec<u64> {
     (0..class.settings.len())
-        .map(|i| {
-            given.get(i).copied().flatten().or_else(|| defaults.and_then(|d| d.get(i).copied())).unwrap_or(0)
-        })
+        .map(|i| given.get(i).copied().flatten().or_else(|| defaults.and_then(|d| d.get(i).copied())).unwrap_or(0))
         .collect()
 }
 
@@ -427,11 +425,7 @@ fn outputs(
 }
 
 /// The traced tags and the lanes that trace them: a block's by its own lane, an input point by every lane that reads it.
-fn traced_tags(
-    model: &Model,
-    layout: &Layout,
-    glob: Option<&str>,
-) -> Result<Vec<(TagId, Vec<usize>)>, AssembleError> {
+fn traced_tags(model: &Model, layout: &Layout, glob: Option<&str>) -> Result<Vec<(TagId, Vec<usize>)>, AssembleError> {
     let Some(glob) = glob else { return Ok(Vec::new()) };
     let matcher: GlobMatcher = Glob::new(glob)
         .map_err(|e| AssembleError::Glob { glob: glob.into(), error: e.kind().to_string() })?

@@ -203,12 +203,8 @@ impl Layout {
         for lane in 0..model.lanes.len() {
             self.lanes[lane].cells = vec![0; STATISTICS as usize + Statistic::ALL.len()];
             for statistic in Statistic::ALL {
-                let location = Location {
-                    region: lane as u32,
-                    slot: STATISTICS + statistic as u32,
-                    bit: None,
-                    quality: None,
-                };
+                let location =
+                    Location { region: lane as u32, slot: STATISTICS + statistic as u32, bit: None, quality: None };
                 self.tag(model, TagRef::Lane { lane, statistic }, Source::Cell(location))?;
             }
         }
@@ -242,8 +238,7 @@ impl Layout {
         }
         let alarms = (!b.class.alarms.is_empty()).then(|| self.push(b.lane, 0));
         for bit in 0..b.class.alarms.len() as u8 {
-            let location =
-                Location { region, slot: alarms.unwrap_or(0), bit: Some(bit), quality: Some(quality) };
+            let location = Location { region, slot: alarms.unwrap_or(0), bit: Some(bit), quality: Some(quality) };
             self.tag(model, TagRef::Alarm { block, bit }, Source::Cell(location))?;
         }
         for bit in 0..b.class.commands.len() as u8 {
@@ -311,7 +306,12 @@ impl Layout {
     }
 
     fn wire_lane(&mut self, model: &Model, lane: usize) -> Result<(), TagError> {
-        let mut wiring = Wiring { lane: lane as u32, layout: &mut self.lanes[lane], imports: HashMap::new(), constants: HashMap::new() };
+        let mut wiring = Wiring {
+            lane: lane as u32,
+            layout: &mut self.lanes[lane],
+            imports: HashMap::new(),
+            constants: HashMap::new(),
+        };
         for index in 0..wiring.layout.blocks.len() {
             let block = wiring.layout.blocks[index].block;
             let b = &model.blocks[block];

@@ -68,7 +68,8 @@ impl SimPoints {
             }
             let place = PointPlace { driver: self.drivers.len(), slot: cells.len() };
             self.points.insert(name, (place, point.ty.clone()));
-            let initial = point.values.constant("initial").and_then(|c| latchwork_io::sim::cell(&point.ty, c).ok()).unwrap_or(0);
+            let initial =
+                point.values.constant("initial").and_then(|c| latchwork_io::sim::cell(&point.ty, c).ok()).unwrap_or(0);
             cells.extend([initial, Quality::Good.cell()]);
         }
         self.drivers.push(SimDriver { region, cells, changed: true });

@@ -17,14 +17,18 @@ fn chain(n: usize) -> String {
     );
     for i in 0..n {
         let source = if i % 64 == 0 { "field.in".into() } else { format!("b{}.outputs.q", i - 1) };
-        let _ = write!(text, "[block.b{i}]\ncomponent = \"ton\"\nlane = \"main\"\ninputs.in = \"{source}\"\ninputs.pt = \"5s\"\n");
+        let _ = write!(
+            text,
+            "[block.b{i}]\ncomponent = \"ton\"\nlane = \"main\"\ninputs.in = \"{source}\"\ninputs.pt = \"5s\"\n"
+        );
     }
     text
 }
 
 /// One block that reads the last of `n` points; the others are read by nobody, or all are read.
 fn points(n: usize, read: usize) -> String {
-    let mut text = String::from("[lane.main]\nevery = \"10ms\"\n[driver.field]\nkind = \"sim\"\n[driver.field.points]\n");
+    let mut text =
+        String::from("[lane.main]\nevery = \"10ms\"\n[driver.field]\nkind = \"sim\"\n[driver.field.points]\n");
     (0..n).for_each(|i| drop(writeln!(text, "p{i} = {{ type = \"bool\" }}")));
     for i in 0..read {
         let _ = write!(text, "[block.b{i}]\ncomponent = \"r-trig\"\nlane = \"main\"\ninputs.clk = \"field.p{i}\"\n");
@@ -79,11 +83,16 @@ fn starts() {
     let _ = std::fs::remove_dir_all(&folder);
     for what in ["cold", "with the cache"] {
         let before = Instant::now();
-        let engine = Engine::new(EngineOptions { cache: Some(folder.clone()), ..EngineOptions::default() }).expect("an engine");
+        let engine =
+            Engine::new(EngineOptions { cache: Some(folder.clone()), ..EngineOptions::default() }).expect("an engine");
         let memory = resident();
         let plant = assemble_file(&rig.path(), &engine, false, Time::Real, None);
         let (took, memory) = (before.elapsed(), resident().saturating_sub(memory));
-        println!("start of 1000 blocks, {what}: {} ms; {} KB of memory per block", took.as_millis(), memory / 1000 / 1000);
+        println!(
+            "start of 1000 blocks, {what}: {} ms; {} KB of memory per block",
+            took.as_millis(),
+            memory / 1000 / 1000
+        );
         drop(plant);
     }
 }

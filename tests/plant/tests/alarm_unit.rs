@@ -92,7 +92,9 @@ fn row_lamp_blinks_while_the_flag_is_set() {
 
 #[test]
 fn row_digital_a_bounce_shorter_than_the_veracity_time_is_ignored() {
-    let ran = run("0s,field.level,16384\n1s,field.door,true\n1.05s,field.door,false\n1.1s,field.door,true\n1.18s,field.door,false\n");
+    let ran = run(
+        "0s,field.level,16384\n1s,field.door,true\n1.05s,field.door,false\n1.1s,field.door,true\n1.18s,field.door,false\n",
+    );
     assert_eq!(ran.history("unit.outputs.door"), [(0, "false")]);
     assert_eq!(ran.history("unit.outputs.violation"), [(0, "false")]);
 }

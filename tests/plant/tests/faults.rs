@@ -111,8 +111,7 @@ fn three_strikes_park_a_block() {
 fn an_output_that_is_not_a_number_is_bad_while_it_lasts() {
     let ran = rig("").stimulus("1s,bad.commands.nan,true\n2s,bad.commands.nan,true\n").run_for(10 * S);
     undisturbed(&ran, "nan");
-    let expected =
-        ["1000 ms bad not-finite", "1010 ms bad finite", "2000 ms bad not-finite", "2010 ms bad finite"];
+    let expected = ["1000 ms bad not-finite", "1010 ms bad finite", "2000 ms bad not-finite", "2010 ms bad finite"];
     assert_eq!(ran.told(Kind::Fault), expected);
     assert_eq!(ran.at("bad.outputs.value", S), "NaN");
 }
@@ -133,7 +132,8 @@ fn settings_that_are_refused_stop_a_plant_before_it_starts() {
         let rig = rig(&format!("settings.{setting} = true"));
         let engine = latchwork_tests_plant::engine();
         let checked = latchwork_plant::check::check_file(&rig.path(), &engine, Default::default());
-        let options = latchwork_plant::assemble::Options { time: latchwork_plant::assemble::Time::Virtual, trace: None };
+        let options =
+            latchwork_plant::assemble::Options { time: latchwork_plant::assemble::Time::Virtual, trace: None };
         let model = checked.model.expect("a right plant file");
         let error = latchwork_plant::assemble::assemble(model, &engine, &options).err().expect("an error").to_string();
         assert!(error.starts_with("block `bad`:") && error.contains(sentence), "{error}");

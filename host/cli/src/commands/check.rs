@@ -27,7 +27,9 @@ pub(super) fn execute(engine: &Engine, args: &Check) -> Result<Exit> {
     let assembled = assemble(model, engine, &Options { time: Time::Virtual, trace: None });
     if args.json {
         if let (Err(error), Some(list)) = (&assembled, findings.as_array_mut()) {
-            list.push(json!({ "severity": "error", "file": args.plant.display().to_string(), "message": error.to_string() }));
+            list.push(
+                json!({ "severity": "error", "file": args.plant.display().to_string(), "message": error.to_string() }),
+            );
         }
         let report = json!({ "ok": assembled.is_ok(), "findings": findings });
         println!("{}", serde_json::to_string_pretty(&report)?);

@@ -41,7 +41,8 @@ fn groups(class: &Class) -> [(&'static str, Vec<Line>); 6] {
     let port = |p: &Port| Line { name: p.path.clone(), ty: p.ty.to_string(), signal: p.signal, doc: p.doc.clone() };
     let ports = |ports: &[Port]| ports.iter().map(port).collect();
     let flags = |group: &str, names: &[String]| {
-        let flag = |n: &String| Line { name: n.clone(), ty: "bool".into(), signal: false, doc: class.flag_doc(group, n) };
+        let flag =
+            |n: &String| Line { name: n.clone(), ty: "bool".into(), signal: false, doc: class.flag_doc(group, n) };
         names.iter().map(flag).collect()
     };
     [

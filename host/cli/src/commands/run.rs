@@ -41,8 +41,7 @@ pub(super) fn execute(engine: &Engine, args: &Run) -> Result<Exit> {
     }
     let trace = args.trace.as_ref().map(|_| args.trace_tags.as_str());
     let mut plant = assemble(model, engine, &Options { time, trace })?;
-    let options =
-        RunOptions { duration: args.duration, scans: args.scans, stimulus: stimulus(&plant, args)? };
+    let options = RunOptions { duration: args.duration, scans: args.scans, stimulus: stimulus(&plant, args)? };
     let name = plant.model.name.clone();
     let files = Files::create(&plant, args.trace.as_deref(), args.records.as_deref())?;
     let show = show(&plant, args);

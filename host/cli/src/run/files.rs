@@ -52,9 +52,8 @@ impl Files {
                 Some(Trace { path, out, lanes, tags, rows: 0 })
             }
         };
-        let records = records
-            .map(|path| create(path, "records").map(|(path, file)| (path, BufWriter::new(file))))
-            .transpose()?;
+        let records =
+            records.map(|path| create(path, "records").map(|(path, file)| (path, BufWriter::new(file)))).transpose()?;
         Ok(Self { trace, records, flushed: 0, error: None })
     }
 

@@ -26,7 +26,12 @@ impl Screen {
         let rows = usize::from(Self::size().1);
         queue!(self.out, terminal::BeginSynchronizedUpdate, cursor::MoveTo(0, 0))?;
         for line in lines.iter().take(rows.saturating_sub(1)) {
-            queue!(self.out, style::Print(line), terminal::Clear(terminal::ClearType::UntilNewLine), cursor::MoveToNextLine(1))?;
+            queue!(
+                self.out,
+                style::Print(line),
+                terminal::Clear(terminal::ClearType::UntilNewLine),
+                cursor::MoveToNextLine(1)
+            )?;
         }
         queue!(self.out, terminal::Clear(terminal::ClearType::FromCursorDown), terminal::EndSynchronizedUpdate)?;
         self.out.flush()

@@ -90,7 +90,8 @@ impl Lane {
         for c in &parts.converts[block.converts.start as usize..block.converts.end as usize] {
             parts.cells[c.to as usize] = (parts.cells[c.from as usize] >> c.shift & 1) ^ u64::from(c.flip);
         }
-        let scan = Scan { now, elapsed: if block.ran { now.saturating_sub(block.last) } else { 0 }, first: block.first };
+        let scan =
+            Scan { now, elapsed: if block.ran { now.saturating_sub(block.last) } else { 0 }, first: block.first };
         let ins = &parts.ins[block.ins.start as usize..block.ins.end as usize];
         if let Err(fault) = instance.execute(scan, ins, block.out.start, &mut parts.cells) {
             self.block_fault(index, now, &fault);

@@ -194,7 +194,10 @@ impl Lane {
         self.statistics.report(now, &mut self.parts.recorder, self.parts.source);
         if self.state == LaneState::Running && scan_time > self.parts.watchdog {
             let watchdog = self.parts.watchdog;
-            self.fail(now, format_args!("the scan took {} us, the watchdog allows {} us", scan_time / 1000, watchdog / 1000));
+            self.fail(
+                now,
+                format_args!("the scan took {} us, the watchdog allows {} us", scan_time / 1000, watchdog / 1000),
+            );
         }
         self.parts.cells[STATE as usize] = self.state as u64;
         self.statistics.write(&mut self.parts.cells);

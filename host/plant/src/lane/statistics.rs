@@ -105,8 +105,7 @@ impl Statistics {
     /// Writes the figures to the lane's region, in the order of [`crate::model::Statistic::ALL`].
     #[inline]
     pub(super) fn write(&self, cells: &mut [u64]) {
-        let figures =
-            [self.scans, self.overruns, self.scan_time, self.scan_time_max, self.jitter_max, self.faults];
+        let figures = [self.scans, self.overruns, self.scan_time, self.scan_time_max, self.jitter_max, self.faults];
         cells[STATISTICS as usize..STATISTICS as usize + figures.len()].copy_from_slice(&figures);
     }
 }

@@ -89,7 +89,10 @@ impl Outcome {
             for block in lane.blocks_mut() {
                 if block.rest.faults > 0 {
                     let name = model.blocks[block.rest.model].name.clone();
-                    faulted.push((block.rest.model, BlockOutcome { name, state: block.rest.state, faults: block.rest.faults }));
+                    faulted.push((
+                        block.rest.model,
+                        BlockOutcome { name, state: block.rest.state, faults: block.rest.faults },
+                    ));
                 }
             }
         }

@@ -134,7 +134,11 @@ fn set_priority(lane: &mut Lane, config: &model::Lane, clock: &dyn Clock) {
         let mut set = rustix::thread::CpuSet::new();
         set.set(cpu);
         if let Err(error) = rustix::thread::sched_setaffinity(None, &set) {
-            lane.note(clock.now(), "not-pinned", format_args!("cpu = {cpu} was refused ({error}); any CPU runs the lane"));
+            lane.note(
+                clock.now(),
+                "not-pinned",
+                format_args!("cpu = {cpu} was refused ({error}); any CPU runs the lane"),
+            );
         }
     }
 }

@@ -6,12 +6,7 @@ use crate::lane::LaneState;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 /// Runs a plant as fast as it goes. Lanes due at the same time run by priority, then in the order of the file.
-pub fn run_virtual(
-    mut plant: Plant,
-    options: &RunOptions,
-    stop: &AtomicBool,
-    observer: &mut dyn Observer,
-) -> Outcome {
+pub fn run_virtual(mut plant: Plant, options: &RunOptions, stop: &AtomicBool, observer: &mut dyn Observer) -> Outcome {
     let mut due: Vec<u64> = vec![0; plant.lanes.len()];
     let mut stimulus = options.stimulus.iter().peekable();
     let mut now = 0;
