@@ -111,7 +111,7 @@ impl<'a> Reader<'a> {
     fn record(&mut self, ty: ComponentValType, group: &str) -> Option<Shape> {
         if !is_record(self.types, ty) {
             let found = types::name(self.types, ty);
-            self.problem(format!("{group} is a {found}; expected a record whose fields are the ports"));
+            self.problem(format!("{group} has the type {found}; expected a record whose fields are the ports"));
             return None;
         }
         types::shape(self.types, ty, group, &mut self.problems)
@@ -120,7 +120,7 @@ impl<'a> Reader<'a> {
     fn flags(&mut self, ty: ComponentValType, group: &str) -> Option<Shape> {
         if !is_flags(self.types, ty) {
             let found = types::name(self.types, ty);
-            self.problem(format!("{group} is a {found}; expected flags"));
+            self.problem(format!("{group} has the type {found}; expected flags"));
             return None;
         }
         types::shape(self.types, ty, group, &mut self.problems)
@@ -140,7 +140,10 @@ impl<'a> Reader<'a> {
                     );
                 }
             }
-            None => self.problem(format!("execute{} does not begin with scan; {EXECUTE}", self.signature(function))),
+            None => self.problem(format!(
+                "execute has the signature {}, which does not begin with scan; {EXECUTE}",
+                self.signature(function)
+            )),
         }
         if let Some((_, ty)) = params.next_if(|(name, _)| name.as_str() == "inputs") {
             result.inputs = self.record(*ty, "inputs");

@@ -28,6 +28,12 @@ pub fn dummy(others: &[&str], wit: &str) -> Vec<u8> {
     encode(&resolve, world, module).unwrap_or_else(|e| panic!("{e:#}\n{wit}"))
 }
 
+/// The WIT alone, encoded as a component.
+pub fn wit_only(wit: &str) -> Vec<u8> {
+    let (resolve, world) = resolve(&[], wit);
+    wit_component::encode(&resolve, resolve.worlds[world].package.unwrap()).unwrap()
+}
+
 fn resolve(others: &[&str], wit: &str) -> (Resolve, WorldId) {
     let mut resolve = Resolve::default();
     let mut push = |texts: &[(&str, &str)]| {
@@ -52,4 +58,12 @@ fn resolve(others: &[&str], wit: &str) -> (Resolve, WorldId) {
 fn encode(resolve: &Resolve, world: WorldId, mut module: Vec<u8>) -> anyhow::Result<Vec<u8>> {
     embed_component_metadata(&mut module, resolve, world, StringEncoding::UTF8)?;
     ComponentEncoder::default().module(&module)?.validate(true).encode()
+}
+
+/// The component with one more custom section.
+pub fn with_section(component: &[u8], name: &str, data: &[u8]) -> Vec<u8> {
+    use wasm_encoder::{ComponentSection as _, CustomSection};
+    let mut bytes = component.to_vec();
+    CustomSection { name: name.into(), data: data.into() }.append_to_component(&mut bytes);
+    bytes
 }

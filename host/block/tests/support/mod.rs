@@ -6,4 +6,6 @@ pub mod class;
 pub mod component;
 pub mod evil;
 pub mod guest;
+pub mod model;
 pub mod strategy;
+pub mod twins;
