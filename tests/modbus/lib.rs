@@ -1,0 +1,1 @@
+//! The Modbus drivers against pymodbus, a foreign implementation: see `tests/`.
