@@ -4,7 +4,7 @@ use alloc::string::{String, ToString};
 
 pub use wit_bindgen::rt as wit;
 
-/// The one instance of a block in a component. It is made by `Default` at the first call.
+/// The one instance of a block in a component. It is made at the first call.
 pub struct Instance<T>(#[cfg(target_arch = "wasm32")] core::cell::RefCell<Option<T>>, core::marker::PhantomData<fn(T)>);
 
 // SAFETY: a component runs on one thread: wasm32-unknown-unknown without the atomics feature has no other, and the
@@ -12,7 +12,7 @@ pub struct Instance<T>(#[cfg(target_arch = "wasm32")] core::cell::RefCell<Option
 #[cfg(target_arch = "wasm32")]
 unsafe impl<T> Sync for Instance<T> {}
 
-impl<T: Default> Instance<T> {
+impl<T> Instance<T> {
     /// No instance yet.
     #[allow(clippy::new_without_default, reason = "only ever made in a static")]
     pub const fn new() -> Self {
@@ -23,17 +23,15 @@ impl<T: Default> Instance<T> {
         )
     }
 
-    /// Lends the instance. Native code tests blocks as values: there this only type-checks the exports.
-    pub fn with<R>(&self, call: impl FnOnce(&mut T) -> R) -> R {
+    /// Lends the instance, made by `new` at the first call. Native code tests blocks as values: there this only
+    /// type-checks the exports.
+    pub fn with<R>(&self, new: fn() -> T, call: impl FnOnce(&mut T) -> R) -> R {
         #[cfg(target_arch = "wasm32")]
-        return call(self.0.borrow_mut().get_or_insert_with(T::default));
+        return call(self.0.borrow_mut().get_or_insert_with(new));
         #[cfg(not(target_arch = "wasm32"))]
-        call(&mut T::default())
+        call(&mut new())
     }
 }
-
-/// Fails to compile, at the block, where it has no `Default`.
-pub fn needs_default<T: Default>() {}
 
 /// Turns any error that can be shown into the sentence that refuses settings.
 pub fn refusal<E: core::fmt::Display>(result: Result<(), E>) -> Result<(), String> {

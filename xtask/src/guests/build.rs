@@ -71,7 +71,8 @@ pub(super) fn folder(krate: &Crate, folder: &Path, target: &Path) -> Result<Path
     for setting in PROFILE {
         command.args(["--config", setting]);
     }
-    run(command.env("CARGO_ENCODED_RUSTFLAGS", flags(&folder)))?;
+    let built = run(command.env("CARGO_ENCODED_RUSTFLAGS", flags(&folder)));
+    built.with_context(|| format!("{} does not build; cargo's messages are above", krate.package))?;
     Ok(module(krate, target))
 }
 
@@ -82,14 +83,21 @@ fn module(krate: &Crate, target: &Path) -> PathBuf {
 /// A 16 KiB shadow stack instead of 1 MiB, and no path of this machine in a panic's location.
 fn flags(folder: &Path) -> String {
     let mut flags = vec!["-Clink-arg=-zstack-size=16384".to_owned()];
-    let home = std::env::var_os("CARGO_HOME").map(PathBuf::from);
-    let home = home.or_else(|| std::env::home_dir().map(|h| h.join(".cargo")));
     // The last that fits wins.
-    let remapped = [(home, "/cargo"), (Some(folder.to_path_buf()), "/block"), (Some(root()), "/latchwork")];
+    let mut remapped: Vec<(PathBuf, &str)> = registries().into_iter().map(|r| (r, "/registry")).collect();
+    remapped.extend([(folder.to_path_buf(), "/block"), (root(), "/latchwork")]);
     for (from, to) in remapped {
-        if let Some(from) = from {
-            flags.push(format!("--remap-path-prefix={}={to}", from.display()));
-        }
+        flags.push(format!("--remap-path-prefix={}={to}", from.display()));
     }
     flags.join("\u{1f}")
+}
+
+/// Folders of unpacked crates, each with the name of its registry, which may be a mirror.
+fn registries() -> Vec<PathBuf> {
+    let home = std::env::var_os("CARGO_HOME").map(PathBuf::from);
+    let home = home.or_else(|| std::env::home_dir().map(|h| h.join(".cargo")));
+    let entries = home.and_then(|h| std::fs::read_dir(h.join("registry/src")).ok());
+    let mut folders: Vec<PathBuf> = entries.into_iter().flatten().flatten().map(|e| e.path()).collect();
+    folders.sort();
+    folders
 }

@@ -13,7 +13,7 @@ use crate::class::{self, Class};
 use crate::{check, wit};
 use heck::{ToShoutySnakeCase, ToSnakeCase, ToUpperCamelCase};
 use proc_macro2::{Literal, Span, TokenStream};
-use quote::{ToTokens, format_ident, quote, quote_spanned};
+use quote::{format_ident, quote, quote_spanned};
 use syn::spanned::Spanned;
 use syn::{Error, Ident, Item, ItemImpl};
 use wit_bindgen_rust::{Opts, WithOption};
@@ -229,9 +229,9 @@ fn exports(item: &ItemImpl, class: &Class, module: &Ident, path: &[Ident], docs:
         let call = match function.name {
             "defaults" => quote!(<#block>::defaults()),
             "configure" => {
-                quote!(INSTANCE.with(|block| ::latchwork_sdk::rt::refusal(block.configure(#(#parameters),*))))
+                quote!(INSTANCE.with(new, |block| ::latchwork_sdk::rt::refusal(block.configure(#(#parameters),*))))
             }
-            _ => quote!(INSTANCE.with(|block| block.#name(#(#parameters),*))),
+            _ => quote!(INSTANCE.with(new, |block| block.#name(#(#parameters),*))),
         };
         let result = match (function.name, &function.result) {
             ("configure", _) => quote!(-> ::core::result::Result<(), ::latchwork_sdk::String>),
@@ -247,12 +247,11 @@ fn exports(item: &ItemImpl, class: &Class, module: &Ident, path: &[Ident], docs:
     let bytes = Literal::byte_string(section.as_bytes());
     let length = section.len();
     let docs = Ident::new(&format!("DOCS_{}", module.to_string().to_shouty_snake_case()), Span::call_site());
-    // At the struct's name, so that a missing `Default` is reported there.
-    let default = quote_spanned!(block.span()=> ::latchwork_sdk::rt::needs_default::<#block>(););
-    let block_tokens = block.to_token_stream();
+    // Only here is `Default` needed, and at the struct's name, so that its lack is one message there.
+    let new = quote_spanned!(block.span()=> fn new() -> #block { <#block as ::core::default::Default>::default() });
     quote! {
-        const _: fn() = || { #default };
-        static INSTANCE: ::latchwork_sdk::rt::Instance<#block_tokens> = ::latchwork_sdk::rt::Instance::new();
+        #new
+        static INSTANCE: ::latchwork_sdk::rt::Instance<#block> = ::latchwork_sdk::rt::Instance::new();
         #[doc(hidden)]
         struct Exports;
         impl self::#module::bindings::exports::#(#path)::*::Guest for Exports { #(#methods)* }
