@@ -2,6 +2,7 @@
 
 use crate::component_path;
 use crate::interface::{self, ClassInterface, Interface};
+use crate::plain;
 use crate::state::State;
 use crate::{Class, Engine, Fault, Instance, Limits, LoadError};
 use latchwork_image::nearest;
@@ -121,6 +122,38 @@ impl Component {
     }
 }
 
+impl Loaded {
+    /// Compiles a class for the best call path, or for the one that was demanded.
+    fn code(&self, class: &ClassInterface) -> Result<Code, LoadError> {
+        let forced = self.engine.options().force_path;
+        let why = match forced {
+            Some(CallPath::Component) => "the component path was demanded".into(),
+            _ => match plain::extract(&self.bytes, class) {
+                Ok(extract) => return self.plain(class, &extract).map(|c| Code::Plain(Arc::new(c))),
+                Err(why) => why,
+            },
+        };
+        if forced == Some(CallPath::Plain) {
+            return Err(LoadError::NotPlain { reason: why });
+        }
+        let code = wasmtime::component::Component::from_binary(self.engine.wasmtime(), &self.bytes)
+            .and_then(|c| component_path::Code::new(&c, class, &self.imports))
+            .map_err(refused)?;
+        Ok(Code::Component { code: Arc::new(code), why })
+    }
+
+    fn plain(&self, class: &ClassInterface, extract: &plain::Extract<'_>) -> Result<plain::Code, LoadError> {
+        wasmtime::Module::from_binary(self.engine.wasmtime(), extract.module)
+            .and_then(|m| plain::Code::new(&m, extract, class))
+            .map_err(refused)
+    }
+}
+
+/// What the engine does not take.
+fn refused(error: wasmtime::Error) -> LoadError {
+    LoadError::Compile { reason: format!("{error:#}") }
+}
+
 impl std::fmt::Debug for Component {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         f.debug_struct("Component").field("name", &self.name()).field("hash", &self.hash()).finish_non_exhaustive()
@@ -153,6 +186,7 @@ struct Compiled {
 
 /// Compiled code of one of the call paths.
 enum Code {
+    Plain(Arc<plain::Code>),
     Component { code: Arc<component_path::Code>, why: String },
 }
 
@@ -160,16 +194,13 @@ impl Template {
     fn compile(loaded: &Loaded, class: Arc<Class>) -> Result<Self, LoadError> {
         let interface = loaded.classes.iter().find(|c| c.class.name == class.name);
         let interface = Arc::clone(interface.unwrap_or(&loaded.classes[0]));
-        let engine = loaded.engine.wasmtime();
-        let code = wasmtime::component::Component::from_binary(engine, &loaded.bytes)
-            .and_then(|c| component_path::Code::new(&c, &interface, &loaded.imports))
-            .map_err(|e| LoadError::Compile { reason: format!("{e:#}") })?;
+        let code = loaded.code(&interface)?;
         let compiled = Compiled {
-            engine: engine.clone(),
+            engine: loaded.engine.wasmtime().clone(),
             logs: !loaded.imports.is_empty(),
             fuel: interface::fuel(&interface),
             class: interface,
-            code: Code::Component { code: Arc::new(code), why: "the plain path is not there yet".into() },
+            code,
         };
         Ok(Self { compiled: Arc::new(compiled) })
     }
@@ -177,6 +208,7 @@ impl Template {
     /// The call path its instances take.
     pub fn path(&self) -> CallPath {
         match &self.compiled.code {
+            Code::Plain(_) => CallPath::Plain,
             Code::Component { .. } => CallPath::Component,
         }
     }
@@ -184,6 +216,7 @@ impl Template {
     /// Why they do not take the plain path.
     pub fn why_not_plain(&self) -> Option<&str> {
         match &self.compiled.code {
+            Code::Plain(_) => None,
             Code::Component { why, .. } => Some(why),
         }
     }
@@ -198,6 +231,7 @@ impl Template {
         let compiled = &*self.compiled;
         let mut store = State::store(&compiled.engine, limits, compiled.logs, compiled.fuel);
         let bound = match &compiled.code {
+            Code::Plain(code) => plain::Bound::new(code, &mut store).map(Into::into),
             Code::Component { code, .. } => component_path::Bound::new(code, &mut store).map(Into::into),
         };
         match bound {

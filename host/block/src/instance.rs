@@ -2,6 +2,7 @@
 
 use crate::component_path;
 use crate::interface::{ClassInterface, Function};
+use crate::plain;
 use crate::state::State;
 use crate::{CallPath, Class, Fault, Level, Limits};
 use std::sync::Arc;
@@ -31,7 +32,14 @@ pub struct Instance {
 
 /// An instance's functions on one of the call paths.
 pub(crate) enum Bound {
+    Plain(plain::Bound),
     Component(Box<component_path::Bound>),
+}
+
+impl From<plain::Bound> for Bound {
+    fn from(bound: plain::Bound) -> Self {
+        Self::Plain(bound)
+    }
 }
 
 impl From<component_path::Bound> for Bound {
@@ -62,6 +70,7 @@ impl Instance {
     /// The call path it takes.
     pub fn path(&self) -> CallPath {
         match self.bound {
+            Bound::Plain(_) => CallPath::Plain,
             Bound::Component(_) => CallPath::Component,
         }
     }
@@ -79,6 +88,7 @@ impl Instance {
     pub fn execute(&mut self, scan: Scan, ins: &[u32], out: u32, cells: &mut [u64]) -> Result<(), Fault> {
         self.begin(Function::Execute)?;
         let result = match &mut self.bound {
+            Bound::Plain(bound) => bound.execute(&mut self.store, scan, ins, out, cells),
             Bound::Component(bound) => bound.execute(&mut self.store, scan, ins, out, cells),
         };
         match result {
@@ -144,6 +154,7 @@ impl Instance {
     fn call(&mut self, function: Function, args: &[u64]) -> Result<Option<Returned>, Fault> {
         self.begin(function)?;
         let result = match &mut self.bound {
+            Bound::Plain(bound) => bound.call(&mut self.store, function, args),
             Bound::Component(bound) => bound.call(&mut self.store, function, args),
         };
         result.map_err(|error| self.fail(function, &error))

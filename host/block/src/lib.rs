@@ -20,6 +20,7 @@ mod instance;
 mod interface;
 mod limits;
 mod log;
+mod plain;
 mod state;
 
 pub use class::{Class, Port};

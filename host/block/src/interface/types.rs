@@ -12,6 +12,9 @@ const FLAGS: usize = 32;
 /// Most scalars in one group of ports.
 const LEAVES: usize = 4096;
 
+/// Most records within records; a type could otherwise be as deep as the stack.
+const DEPTH: usize = 32;
+
 /// Reads the shape of a port type; every part that no port may have is added to `problems` with its path.
 pub(super) fn shape(
     types: TypesRef<'_>,
@@ -34,6 +37,10 @@ pub(super) fn shape(
             D::Flags(flags) if flags.len() <= FLAGS => Some(Type::Flags(names(flags.iter().map(|f| f.as_str())))),
             D::Flags(flags) => {
                 problems.push(format!("{path}: {} flags; at most {FLAGS} fit, split them", flags.len()));
+                return None;
+            }
+            D::Record(_) if path.split('.').count() > DEPTH => {
+                problems.push(format!("{path}: records within records, {DEPTH} deep; use fewer levels"));
                 return None;
             }
             D::Record(record) => {
@@ -82,28 +89,33 @@ fn names<'a>(names: impl Iterator<Item = &'a str>) -> Arc<[String]> {
 
 /// A type's name as it is written in WIT, as far as needed to recognise it.
 pub(super) fn name(types: TypesRef<'_>, ty: ComponentValType) -> String {
+    shallow_name(types, ty, 3)
+}
+
+/// A name down to some depth.
+fn shallow_name(types: TypesRef<'_>, ty: ComponentValType, depth: usize) -> String {
     let id = match ty {
         ComponentValType::Primitive(p) => return p.to_string(),
+        ComponentValType::Type(_) if depth == 0 => return "…".into(),
         ComponentValType::Type(id) => id,
     };
+    let name = |ty: &ComponentValType| shallow_name(types, *ty, depth - 1);
     match &types[id] {
         D::Primitive(p) => p.to_string(),
         D::Record(_) => "record".into(),
         D::Variant(_) => "variant".into(),
-        D::List { element, .. } => format!("list<{}>", name(types, *element)),
-        D::Tuple(t) => {
-            format!("tuple<{}>", t.types.iter().map(|t| name(types, *t)).collect::<Vec<_>>().join(", "))
-        }
+        D::List { element, .. } => format!("list<{}>", name(element)),
+        D::Tuple(t) => format!("tuple<{}>", t.types.iter().map(name).collect::<Vec<_>>().join(", ")),
         D::Flags(_) => "flags".into(),
         D::Enum(_) => "enum".into(),
-        D::Option { ty, .. } => format!("option<{}>", name(types, *ty)),
+        D::Option { ty, .. } => format!("option<{}>", name(ty)),
         D::Result { ok, err, .. } => {
-            let part = |t: &Option<ComponentValType>| t.map_or("_".into(), |t| name(types, t));
+            let part = |t: &Option<ComponentValType>| t.as_ref().map_or("_".into(), name);
             format!("result<{}, {}>", part(ok), part(err))
         }
         D::Own(_) | D::Borrow(_) => "resource handle".into(),
         D::Map { .. } => "map".into(),
-        D::FixedLengthList { element, length, .. } => format!("list<{}, {length}>", name(types, *element)),
+        D::FixedLengthList { element, length, .. } => format!("list<{}, {length}>", name(element)),
         D::Future { .. } => "future".into(),
         D::Stream { .. } => "stream".into(),
     }
