@@ -22,6 +22,47 @@
 //! }
 //! # fn main() {}
 //! ```
+//! The class is one of Latchwork's (`wit/device` of the project), or one of a WIT package of your own in a folder beside
+//! your Cargo.toml: `#[block("workshop:drives/conveyor", wit = "wit")]`. That package may use `latchwork:block/types`
+//! without a copy of it.
+//!
+//! # What an impl has
+//!
+//! | function | when the class has | as |
+//! |---|---|---|
+//! | `execute` | always | `fn execute(&mut self, scan: Scan, inputs: Inputs, commands: Commands) -> (Outputs, Alarms)` |
+//! | `defaults` | `defaults` | `fn defaults() -> Settings` |
+//! | `configure` | `settings` | `fn configure(&mut self, settings: Settings) -> Result<(), String>` |
+//! | `save`, `restore` | `retained` | `fn save(&self) -> Retained`, `fn restore(&mut self, state: Retained)` |
+//!
+//! What the class lacks is absent: without alarms `execute` returns `Outputs`. The error of `configure` may be anything
+//! with `Display`; it refuses the settings, and an operator reads it. Anything else wrong is a message of the compiler at
+//! the place. A component has one instance of its block, made by `Default` at the first call:
+//!
+//! ```compile_fail,E0277
+//! struct Rising { m: bool } // no Default
+//! # #[latchwork_sdk::block("latchwork:device/r-trig")]
+//! # impl Rising {
+//! #     fn execute(&mut self, _: Scan, inputs: Inputs) -> Outputs { Outputs { q: inputs.clk } }
+//! #     fn save(&self) -> Retained { Retained { m: self.m } }
+//! #     fn restore(&mut self, _: Retained) {}
+//! # }
+//! # fn main() {}
+//! ```
+//!
+//! # Names in scope
+//!
+//! In the module of the impl: the types of the class (`Inputs`, `Outputs`, …, its enums and flags, each with `Default`:
+//! zeros, no flags, the first case) and those of [`types`] that it uses. Names of WIT become names of Rust:
+//! `feedback-timeout` is `feedback_timeout`, the flag `miss-starting` is `Alarms::MISS_STARTING`, a keyword gets an
+//! underscore (`in_`). Two blocks in one component: a module for each.
+//!
+//! # With or without std
+//!
+//! A block with `#![no_std]` is the smallest: this crate gives it an allocator and a panic handler ([`vec!`], [`format!`],
+//! [`String`] and [`Vec`] are here). A block that wants `std` depends on this crate with `default-features = false`;
+//! otherwise the linker finds two panic handlers ("duplicate lang item `panic_impl`"). Compiled for the machine at hand
+//! (`cargo test`), a block is a plain struct with plain methods.
 #![no_std]
 
 extern crate alloc;

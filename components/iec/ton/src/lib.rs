@@ -1,34 +1,23 @@
 //! On-delay timer: IEC 61131-3 TON as a component.
 #![no_std]
 
+use latchwork_logic as logic;
+
 #[derive(Default)]
-struct Ton {
-    input: bool,
-    q: bool,
-    et: Duration,
-}
+struct Ton(logic::Ton);
 
 #[latchwork_sdk::block("latchwork:device/ton")]
 impl Ton {
     fn execute(&mut self, scan: Scan, inputs: Inputs) -> Outputs {
-        if !inputs.in_ {
-            self.q = false;
-            self.et = Duration::ZERO;
-        } else if !self.q {
-            if self.input {
-                self.et.ns = self.et.ns.saturating_add(scan.elapsed).min(inputs.pt.ns);
-            }
-            self.q = self.et >= inputs.pt;
-        }
-        self.input = inputs.in_;
-        Outputs { q: self.q, et: self.et }
+        let q = self.0.execute(scan.elapsed, inputs.in_, inputs.pt.ns);
+        Outputs { q, et: Duration::from_nanos(self.0.et) }
     }
 
     fn save(&self) -> Retained {
-        Retained { in_: self.input, q: self.q, et: self.et }
+        Retained { in_: self.0.input, q: self.0.q, et: Duration::from_nanos(self.0.et) }
     }
 
     fn restore(&mut self, state: Retained) {
-        (self.input, self.q, self.et) = (state.in_, state.q, state.et);
+        self.0 = logic::Ton { input: state.in_, q: state.q, et: state.et.ns };
     }
 }
