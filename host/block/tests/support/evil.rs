@@ -3,7 +3,7 @@
 use super::class::{Flat, Leaf};
 use super::guest::{RESULT, store};
 
-/// The guest misbehaves from this execution on, counted from 0.
+/// The number of good executions before the guest misbehaves.
 #[derive(Clone, Copy, Debug)]
 pub struct When(pub u64);
 
@@ -45,6 +45,8 @@ pub enum Evil {
     LogBadLevel,
     /// This many messages in one execution.
     LogFlood(u32),
+    /// So many messages that one more is dropped; that one is no text, outside of memory, or of no level.
+    LogFloodThen(Last),
     DivideByZero,
     Loop,
     Recurse,
@@ -63,6 +65,14 @@ pub enum Evil {
     TwoMemories,
 }
 
+/// The message after a flood.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Last {
+    InvalidUtf8,
+    Outside,
+    BadLevel,
+}
+
 impl Evil {
     pub fn logs(self) -> bool {
         matches!(
@@ -73,6 +83,7 @@ impl Evil {
                 | Self::LogInvalidUtf8
                 | Self::LogBadLevel
                 | Self::LogFlood(_)
+                | Self::LogFloodThen(_)
         )
     }
 
@@ -126,6 +137,14 @@ impl Evil {
                 "(i32.store (i32.const 2048) (i32.const 0x41fffe41)) (call $log (i32.const 1) (i32.const 2048) (i32.const 4))",
             ),
             Self::LogBadLevel => Self::due("(call $log (i32.const 4) (i32.const 1024) (i32.const 2))"),
+            Self::LogFloodThen(last) => {
+                let last = match last {
+                    Last::InvalidUtf8 => Self::LogInvalidUtf8,
+                    Last::Outside => Self::LogString(65535, 2),
+                    Last::BadLevel => Self::LogBadLevel,
+                };
+                Self::LogFlood(1000).in_execute() + &last.in_execute()
+            }
             Self::LogFlood(n) => Self::due(&format!(
                 "(i32.store (i32.const 2048) (i32.const {n})) (loop $l (call $log (i32.const 2) (i32.const 1024) (i32.const 8)) \
                  (i32.store (i32.const 2048) (i32.sub (i32.load (i32.const 2048)) (i32.const 1))) \
@@ -139,16 +158,17 @@ impl Evil {
         if self == Self::TrapInSave { "unreachable\n" } else { "" }
     }
 
+    /// Runs before the execution is counted.
     pub fn in_realloc(self) -> String {
+        let due = |then: &str| format!("(if (call $due-next) (then {then}))\n");
         match self {
-            Self::TrapInRealloc => Self::due("unreachable"),
-            Self::Realloc(p) => Self::due(&format!("(return (i32.const {p}))")),
-            Self::LogInRealloc => Self::due("(call $log (i32.const 1) (i32.const 1024) (i32.const 2))"),
+            Self::TrapInRealloc => due("unreachable"),
+            Self::Realloc(p) => due(&format!("(return (i32.const {p}))")),
+            Self::LogInRealloc => due("(call $log (i32.const 1) (i32.const 1024) (i32.const 2))"),
             _ => String::new(),
         }
     }
 
-    /// Runs after the execution was counted.
     pub fn in_post(self) -> &'static str {
         match self {
             Self::TrapInPost => "(if (call $due) (then unreachable))",
@@ -171,7 +191,6 @@ impl Evil {
             }
             _ => return good.into(),
         };
-        // The execution is already counted: `due` is one early, which is as good.
         format!("(if (result {}) (call $due) (then {bad}) (else {good}))", leaf.flat().name())
     }
 
@@ -266,6 +285,9 @@ pub const ALL: &[Evil] = &[
     Evil::LogInvalidUtf8,
     Evil::LogBadLevel,
     Evil::LogFlood(10_000),
+    Evil::LogFloodThen(Last::InvalidUtf8),
+    Evil::LogFloodThen(Last::Outside),
+    Evil::LogFloodThen(Last::BadLevel),
     Evil::DivideByZero,
     Evil::Recurse,
     Evil::GrowForEver,

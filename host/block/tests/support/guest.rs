@@ -35,7 +35,7 @@ pub fn wat(spec: &Spec, evil: Evil, when: When) -> String {
     for _ in 0..evil.memories() {
         w += "(memory 1)\n";
     }
-    let pages = evil.pages();
+    let (pages, when) = (evil.pages(), when.0);
     let (text, refusal) = (escape(LOG_LINE), escape(REFUSAL_LINE));
     writeln!(
         w,
@@ -51,8 +51,9 @@ pub fn wat(spec: &Spec, evil: Evil, when: When) -> String {
   (global.set $h (i64.mul (i64.xor (i64.rotl (global.get $h) (i64.const 23)) (local.get 0))
     (i64.const 0x9e3779b97f4a7c15)))
   (global.set $h (i64.xor (global.get $h) (i64.shr_u (global.get $h) (i64.const 29)))))
-(func $due (result i32) (i64.ge_u (global.get $count) (i64.const {}))){}"#,
-        when.0,
+(func $due (result i32) (i64.gt_u (global.get $count) (i64.const {when})))
+(func $due-next (result i32) (i64.ge_u (global.get $count) (i64.const {when})))
+{}"#,
         evil.globals()
     )
     .unwrap();
@@ -126,8 +127,8 @@ fn execute(w: &mut String, spec: &Spec, evil: Evil) {
         )
         .unwrap();
     }
-    body += &evil.in_execute();
     body += "(global.set $count (i64.add (global.get $count) (i64.const 1)))\n";
+    body += &evil.in_execute();
     function(w, spec, evil, "execute", &sig, &body, |j, leaf| {
         let value = derived(j);
         // A real goes through unchanged now and then: NaN payloads must survive.

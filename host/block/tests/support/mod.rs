@@ -7,5 +7,6 @@ pub mod component;
 pub mod evil;
 pub mod guest;
 pub mod model;
+pub mod shipped;
 pub mod strategy;
 pub mod twins;

@@ -29,6 +29,11 @@ pub fn engine(path: Option<CallPath>) -> &'static Engine {
     &ENGINES[index].0
 }
 
+/// Limits under which nothing but an endless loop meets its budget: on a busy machine 4 MiB page by page take long.
+pub fn patient() -> Limits {
+    Limits { memory: 1 << 20, budget_ticks: 2000, ..Limits::default() }
+}
+
 /// The templates of the only class of a component on the component path and on the plain path.
 pub fn templates(bytes: &[u8]) -> [Template; 2] {
     [CallPath::Component, CallPath::Plain].map(|path| {

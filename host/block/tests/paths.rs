@@ -1,0 +1,218 @@
+//! Both call paths do the same: on generated classes, on hostile guests and on every shipped component.
+
+mod support;
+
+use latchwork_block::{Class, FaultKind, Limits};
+use proptest::prelude::*;
+use std::path::Path;
+use support::class::{Leaf, Spec, Ty};
+use support::component::generated;
+use support::evil::{self, Evil, When};
+use support::guest::REFUSAL_LINE;
+use support::model::Model;
+use support::shipped::shipped;
+use support::strategy::{self, Cells};
+use support::twins::{
+    self, Twins, argument_leaves, engine, first_scan, leaves, next, patient, result_leaves, templates,
+};
+
+/// One call.
+#[derive(Clone, Copy, Debug)]
+enum Op {
+    Execute,
+    Configure,
+    Defaults,
+    /// Saves, makes a new instance and restores into it.
+    Move,
+}
+
+fn ops() -> impl Strategy<Value = Vec<Op>> {
+    let op =
+        prop_oneof![6 => Just(Op::Execute), 1 => Just(Op::Configure), 1 => Just(Op::Defaults), 1 => Just(Op::Move)];
+    prop::collection::vec(op, 1..24)
+}
+
+proptest! {
+    #![proptest_config(strategy::config(200))]
+
+    /// Good guests: both paths give what the model gives.
+    #[test]
+    fn generated_guests_answer_as_the_model(spec in strategy::spec(), ops in ops(), seed: u64) {
+        let bytes = generated(&spec, Evil::None, When(0));
+        let mut twins = Twins::new(templates(&bytes), &patient()).unwrap();
+        prop_assert_eq!(argument_leaves(twins.class()), spec.argument_leaves());
+        prop_assert_eq!(result_leaves(twins.class()), spec.result_leaves());
+        prop_assert_eq!(leaves(&twins.class().settings), spec.setting_leaves());
+        prop_assert_eq!(leaves(&twins.class().retained), spec.retained_leaves());
+        let mut model = Model::new(&spec);
+        let (mut cells, mut scan) = (Cells::new(seed), first_scan());
+        for op in ops {
+            match op {
+                Op::Execute => {
+                    let arguments = cells.of(&spec.argument_leaves());
+                    let now = next(&mut scan, &mut cells);
+                    let logs = twins.logs;
+                    prop_assert_eq!(twins.execute(now, &arguments), Ok(model.execute(now, &arguments)));
+                    prop_assert_eq!(twins.logs - logs, u64::from(spec.log));
+                }
+                Op::Configure => {
+                    let settings = cells.of(&spec.setting_leaves());
+                    let taken = settings.is_empty() || model.configure(&settings);
+                    let answer = if taken { Ok(()) } else { Err(REFUSAL_LINE.to_string()) };
+                    prop_assert_eq!(twins.configure(&settings), Ok(answer));
+                }
+                Op::Defaults => prop_assert_eq!(twins.defaults(), Ok(model.defaults())),
+                Op::Move => {
+                    let state = model.save();
+                    prop_assert_eq!(twins.save(), Ok(state.clone()));
+                    twins.renew();
+                    model = Model::new(&spec);
+                    if let Some(state) = state {
+                        model.restore(&state);
+                        prop_assert_eq!(twins.restore(&state), Ok(()));
+                    }
+                }
+            }
+        }
+    }
+
+    /// Hostile guests: the same results before, the same fault, or none, after.
+    #[test]
+    fn hostile_guests_are_treated_alike(
+        spec in strategy::spec(),
+        evil in prop::sample::select(evil::ALL),
+        when in 1..4u64,
+        seed: u64,
+    ) {
+        let bytes = generated(&spec, evil, When(when));
+        let mut twins = Twins::new(templates(&bytes), &patient()).unwrap();
+        let (mut cells, mut scan) = (Cells::new(seed), first_scan());
+        for _ in 0..6 {
+            let arguments = cells.of(&spec.argument_leaves());
+            match twins.execute(next(&mut scan, &mut cells), &arguments) {
+                Ok(results) => {
+                    for (leaf, cell) in spec.result_leaves().iter().zip(results) {
+                        prop_assert_eq!(leaf.normal(cell), cell, "{:?} {:#x} is no legal cell", leaf, cell);
+                    }
+                }
+                Err(_) => return Ok(()),
+            }
+        }
+        match twins.save() {
+            Ok(state) => prop_assert_eq!(state.is_some(), !spec.retained.is_empty()),
+            Err(kind) => prop_assert_eq!((kind, evil), (FaultKind::Trap, Evil::TrapInSave)),
+        }
+    }
+}
+
+/// What each hostile guest gets, for a class that has something of everything, in memory and as a flat result.
+#[test]
+fn faults_of_hostile_guests() {
+    let wide = Spec {
+        inputs: vec![Ty::RealSignal; 8],
+        outputs: vec![
+            Ty::Leaf(Leaf::Bool),
+            Ty::Leaf(Leaf::Enum(3)),
+            Ty::Leaf(Leaf::Flags(3)),
+            Ty::Leaf(Leaf::F32),
+            Ty::RealSignal,
+        ],
+        alarms: 3,
+        retained: vec![Ty::Leaf(Leaf::U64)],
+        post_return: true,
+        ..Spec::default()
+    };
+    let mut seen = String::new();
+    for evil in evil::ALL {
+        let bytes = generated(&wide, *evil, When(1));
+        let mut twins = Twins::new(templates(&bytes), &patient()).unwrap();
+        let (mut cells, mut scan) = (Cells::new(7), first_scan());
+        let mut message = None;
+        for _ in 0..4 {
+            let arguments = cells.of(&wide.argument_leaves());
+            let scan = next(&mut scan, &mut cells);
+            let before = messages(&mut twins, scan, &arguments);
+            if before.is_some() {
+                message = before;
+                break;
+            }
+        }
+        let line = message.unwrap_or_else(|| format!("no fault; {} log lines", twins.logs));
+        seen += &format!("{evil:?}\n  {line}\n");
+    }
+    insta::assert_snapshot!(seen);
+}
+
+/// Executes and says what fault there was, on each path if the texts differ.
+fn messages(twins: &mut Twins, scan: latchwork_block::Scan, arguments: &[u64]) -> Option<String> {
+    let kind = twins.execute(scan, arguments).err()?;
+    let [a, b] = &twins.last_messages;
+    Some(if a == b {
+        format!("{}: {a}", kind.name())
+    } else {
+        format!("{}: component: {a}\n  {}: plain:     {b}", kind.name(), kind.name())
+    })
+}
+
+// ---- shipped components ----
+
+#[test]
+fn shipped_components() {
+    for path in shipped("components") {
+        exercise(&path);
+    }
+}
+
+#[test]
+fn components_of_the_tests() {
+    for path in shipped("test-components") {
+        exercise(&path);
+    }
+}
+
+/// Random calls to every class of a component that can take the plain path; the others are executed on theirs.
+fn exercise(path: &Path) {
+    let bytes = std::fs::read(path).unwrap();
+    let component = engine(None).load_file(path).unwrap_or_else(|e| panic!("{}: {e}", path.display()));
+    for class in component.classes() {
+        println!("{} {}", path.display(), class.name);
+        let both = [latchwork_block::CallPath::Component, latchwork_block::CallPath::Plain].map(|p| {
+            let component = engine(Some(p)).load_bytes("twin", &bytes).unwrap();
+            component.template(&component.class(Some(&class.name)).unwrap()).unwrap_or_else(|e| panic!("{e}"))
+        });
+        let limits = Limits::default();
+        for seed in 0..40 {
+            exercise_class(class, Twins::new(both.clone(), &limits).unwrap(), seed);
+        }
+    }
+}
+
+fn exercise_class(class: &Class, mut twins: Twins, seed: u64) {
+    let (mut cells, mut scan) = (Cells::new(seed), first_scan());
+    let (settings, arguments) = (leaves(&class.settings), argument_leaves(class));
+    // How long a loop runs is a matter of the clock, and not of the path.
+    let burn = class.inputs.iter().position(|p| p.path == "burn");
+    for step in 0..60 {
+        let settled = match twins::pick(cells.bits(), step) {
+            0 => twins.configure(&cells.of(&settings)).map(drop),
+            1 => twins.defaults().map(|d| {
+                assert_eq!(d.is_some() && class.settings.is_empty(), false);
+            }),
+            2 => twins.save().and_then(|state| {
+                twins.renew();
+                assert_eq!(state.is_some(), !class.retained.is_empty());
+                state.map_or(Ok(()), |state| twins.restore(&state))
+            }),
+            _ => {
+                let mut arguments = cells.of(&arguments);
+                if let Some(burn) = burn {
+                    arguments[burn] %= 1000;
+                }
+                twins.execute(next(&mut scan, &mut cells), &arguments).map(drop)
+            }
+        };
+        if settled.is_err() {
+            twins.renew();
+        }
+    }
+}
