@@ -1,5 +1,6 @@
 //! A component that was loaded and checked, and a class of it that was compiled.
 
+use crate::compile;
 use crate::component_path;
 use crate::interface::{self, ClassInterface, Interface};
 use crate::plain;
@@ -136,14 +137,14 @@ impl Loaded {
         if forced == Some(CallPath::Plain) {
             return Err(LoadError::NotPlain { reason: why });
         }
-        let code = wasmtime::component::Component::from_binary(self.engine.wasmtime(), &self.bytes)
+        let code = compile::component(self.engine.wasmtime(), self.engine.cache(), &self.bytes)
             .and_then(|c| component_path::Code::new(&c, class, &self.imports))
             .map_err(refused)?;
         Ok(Code::Component { code: Arc::new(code), why })
     }
 
     fn plain(&self, class: &ClassInterface, extract: &plain::Extract<'_>) -> Result<plain::Code, LoadError> {
-        wasmtime::Module::from_binary(self.engine.wasmtime(), extract.module)
+        compile::module(self.engine.wasmtime(), self.engine.cache(), extract.module)
             .and_then(|m| plain::Code::new(&m, extract, class))
             .map_err(refused)
     }

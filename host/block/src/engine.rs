@@ -1,5 +1,6 @@
 //! The WebAssembly engine, its settings and its epoch, by which budgets are counted.
 
+use crate::cache::Cache;
 use crate::component::Loaded;
 use crate::{CallPath, Component, LoadError};
 use std::collections::HashMap;
@@ -37,6 +38,7 @@ pub struct Engine {
 struct Shared {
     wasmtime: wasmtime::Engine,
     options: EngineOptions,
+    cache: Option<Cache>,
     /// Components in use, by name and hash: a plant of a thousand equal blocks validates and compiles one.
     loaded: Mutex<HashMap<(String, String), Weak<Loaded>>>,
 }
@@ -61,7 +63,8 @@ impl Engine {
     /// Starts an engine.
     pub fn new(options: EngineOptions) -> Result<Self, EngineError> {
         let wasmtime = wasmtime::Engine::new(&config()).map_err(|e| EngineError(format!("{e:#}")))?;
-        Ok(Self { shared: Arc::new(Shared { wasmtime, options, loaded: Mutex::default() }) })
+        let cache = options.cache.clone().map(|folder| Cache::new(folder, &wasmtime));
+        Ok(Self { shared: Arc::new(Shared { wasmtime, options, cache, loaded: Mutex::default() }) })
     }
 
     /// Loads and checks a component. Its name is the file's, without `.wasm`.
@@ -97,6 +100,10 @@ impl Engine {
 
     pub(crate) fn options(&self) -> &EngineOptions {
         &self.shared.options
+    }
+
+    pub(crate) fn cache(&self) -> Option<&Cache> {
+        self.shared.cache.as_ref()
     }
 
     fn loaded(&self) -> std::sync::MutexGuard<'_, HashMap<(String, String), Weak<Loaded>>> {

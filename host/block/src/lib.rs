@@ -10,7 +10,9 @@
 //!
 //! Every instance lives in a store of its own, so a fault poisons nothing else. A faulted instance is discarded.
 
+mod cache;
 mod class;
+mod compile;
 mod component;
 mod component_path;
 mod engine;
