@@ -9,7 +9,8 @@
 //! Where it is stricter than the paper:
 //! - A hardware fault freezes the bounds check instead of masking its result: a spike that passes while the value is
 //!   too high would otherwise end and begin the violation again, and a fault would have raised a process alarm.
-//! - High and low have a pulse each, so a value that goes from one side to the other is a new violation.
+//! - High and low have a pulse each, and each violation a full one: one that comes back during its pulse, or a value that
+//!   goes from one side to the other in one scan, is a new violation.
 
 use crate::{
     AnalogSettings, AnalogState, AnalogVeracity, BoundsCheck, BoundsSettings, DigitalState, DigitalVeracity,
@@ -163,7 +164,10 @@ impl AlarmUnit {
 
         let (mut begins, mut pulse) = (false, false);
         for (tp, violated) in self.pulses.iter_mut().zip([high, low, door]) {
-            begins |= violated && !tp.input;
+            if violated && !tp.input {
+                // Also one that comes back while its last pulse runs, which a TP alone would not see.
+                (begins, *tp) = (true, Tp::default());
+            }
             pulse |= tp.execute(elapsed, violated, settings.pulse.max(1));
         }
         // The flip-flop is reset dominant: without the pulse in its reset, an acknowledgement during the pulse would make
