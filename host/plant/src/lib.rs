@@ -8,9 +8,13 @@
 //! ```
 
 pub mod assemble;
+pub mod check;
+mod diagnostic;
+mod file;
 pub mod lane;
 pub mod layout;
 pub mod model;
 pub mod run;
+pub mod schema;
 pub mod sim;
 mod supervisor;

@@ -5,8 +5,16 @@
 //! their own keys with the same tables, so a new driver needs no change here.
 //! It must never know what a key means: only its name, its type, its range and its sentence.
 
+pub mod check;
+mod finding;
+mod json_schema;
 mod key;
+mod reference;
 mod values;
 
+pub use check::{Checker, Entry};
+pub use finding::{Finding, Severity};
+pub use json_schema::json_schema;
 pub use key::{Key, Kind, Section};
+pub use reference::reference;
 pub use values::{Constant, Span, Value, Values};

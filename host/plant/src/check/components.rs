@@ -1,0 +1,122 @@
+//! Finding and loading the components that blocks name.
+
+use crate::file::{BlockEntry, PlantFile};
+use latchwork_block::{Class, Component, Engine};
+use latchwork_image::nearest;
+use latchwork_schema::{Checker, Finding, Span, Value};
+use std::collections::HashMap;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+/// Loads each component once.
+pub(super) struct Loader<'a> {
+    engine: &'a Engine,
+    folder: &'a Path,
+    folders: Vec<(PathBuf, Span)>,
+    /// By name; `None` for one that has been told to be broken or missing.
+    known: HashMap<String, Option<Component>>,
+}
+
+impl<'a> Loader<'a> {
+    pub(super) fn new(engine: &'a Engine, folder: &'a Path, file: &PlantFile) -> Self {
+        let folders = match file.plant.get("components") {
+            Some(Value::List(list)) => list
+                .iter()
+                .filter_map(|(v, span)| match v {
+                    Value::Text(t) => Some((folder.join(t), span.clone())),
+                    _ => None,
+                })
+                .collect(),
+            _ => Vec::new(),
+        };
+        Self { engine, folder, folders, known: HashMap::new() }
+    }
+
+    /// A note for every folder that is not there: a component may still be found in another.
+    pub(super) fn folders_exist(&self, checker: &mut Checker) {
+        for (folder, span) in &self.folders {
+            if !folder.is_dir() {
+                let finding = Finding::note(span, format!("the folder {} does not exist", folder.display()));
+                checker.add(finding.help("`cargo xtask guests` builds the components that ship with Latchwork"));
+            }
+        }
+    }
+
+    /// The component and class of a block, or findings.
+    pub(super) fn class(&mut self, checker: &mut Checker, block: &BlockEntry) -> Option<(Component, Arc<Class>)> {
+        let name = block.values.text("component")?;
+        let component = match self.known.get(name) {
+            Some(known) => known.clone()?,
+            None => {
+                let loaded = self.load(checker, name, &block.values.span_of("component"));
+                self.known.insert(name.to_owned(), loaded.clone());
+                loaded?
+            }
+        };
+        match component.class(block.values.text("class")) {
+            Ok(class) => Some((component, class)),
+            Err(error) => {
+                let at = if block.values.has("class") { "class" } else { "component" };
+                checker.add(Finding::error(&block.values.span_of(at), format!("component `{name}`: {error}")));
+                None
+            }
+        }
+    }
+
+    fn load(&self, checker: &mut Checker, name: &str, span: &Span) -> Option<Component> {
+        let path = if name.ends_with(".wasm") {
+            let path = self.folder.join(name);
+            if !path.is_file() {
+                checker.add(Finding::error(span, format!("there is no file {}", path.display())));
+                return None;
+            }
+            path
+        } else {
+            let file = format!("{name}.wasm");
+            let found = self.folders.iter().map(|(f, _)| f.join(&file)).find(|p| p.is_file());
+            match found {
+                Some(path) => path,
+                None => {
+                    checker.add(self.missing(name, span));
+                    return None;
+                }
+            }
+        };
+        match self.engine.load_file(&path) {
+            Ok(component) => Some(component),
+            Err(error) => {
+                checker.add(Finding::error(span, format!("{}: {error}", path.display())));
+                None
+            }
+        }
+    }
+
+    fn missing(&self, name: &str, span: &Span) -> Finding {
+        let mut there: Vec<String> = Vec::new();
+        for (folder, _) in &self.folders {
+            let files = std::fs::read_dir(folder).into_iter().flatten().flatten();
+            let names = files.filter_map(|f| f.file_name().into_string().ok());
+            there.extend(names.filter_map(|n| n.strip_suffix(".wasm").map(str::to_owned)));
+        }
+        let searched = match self.folders.len() {
+            0 => "the plant names no folders".to_owned(),
+            _ => {
+                let list: Vec<_> = self.folders.iter().map(|(f, _)| f.display().to_string()).collect();
+                format!("searched in {}", list.join(", "))
+            }
+        };
+        let finding = Finding::error(span, format!("there is no component `{name}`; {searched}"));
+        match nearest(name, there.iter().map(String::as_str)) {
+            Some(near) => finding.help(format!("did you mean \"{near}\"?")),
+            None if self.folders.is_empty() => {
+                finding.help("add `components = [\"FOLDER\"]` to [plant], or name a file that ends in .wasm")
+            }
+            None if there.is_empty() => finding
+                .help("no folder holds any component; `cargo xtask guests` builds those that ship with Latchwork"),
+            None => {
+                there.sort_unstable();
+                finding.help(format!("there are {}", there.join(", ")))
+            }
+        }
+    }
+}

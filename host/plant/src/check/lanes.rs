@@ -1,0 +1,56 @@
+//! Lanes: their defaults, and that each has something to do.
+
+use super::Draft;
+use crate::file::PlantFile;
+use crate::model;
+use latchwork_image::format_duration;
+use latchwork_schema::{Checker, Finding};
+
+/// A lane of the model; its place in the list is that in the file.
+pub(super) struct LaneDraft {
+    pub(super) lane: model::Lane,
+}
+
+pub(super) fn lanes(checker: &mut Checker, file: &PlantFile) -> Vec<LaneDraft> {
+    let lane = |entry: &crate::file::LaneEntry| {
+        let values = &entry.values;
+        // A lane whose period is wrong is checked on with one that is usual.
+        let every = values.duration("every").unwrap_or(10_000_000);
+        let watchdog = values.duration("watchdog").unwrap_or_else(|| every.saturating_mul(5));
+        if watchdog < every {
+            let (watchdog, every) = (format_duration(watchdog), format_duration(every));
+            let message = format!("`watchdog` is {watchdog}, shorter than the period of {every}");
+            let finding = Finding::error(&values.span_of("watchdog"), message);
+            checker.add(finding.help("a scan longer than `every` is an overrun already; the watchdog stops the lane"));
+        }
+        let lane = model::Lane {
+            name: entry.name.clone(),
+            every,
+            watchdog,
+            priority: values.integer("priority").and_then(|p| u8::try_from(p).ok()).unwrap_or(50),
+            cpu: values.integer("cpu").and_then(|c| usize::try_from(c).ok()),
+        };
+        LaneDraft { lane }
+    };
+    file.lanes.iter().map(lane).collect()
+}
+
+/// Every lane has a block, every block a lane that exists, and there is a lane at all.
+pub(super) fn have_blocks(checker: &mut Checker, file: &PlantFile, drafts: &[Draft<'_>]) {
+    if file.lanes.is_empty() && !checker.findings.iter().any(|f| f.message.contains("interrupt lane")) {
+        let finding = Finding::error(&file.plant.span, "the plant has no lane");
+        checker.add(finding.help("add `[lane.main]` with `every = \"10ms\"`"));
+    }
+    for lane in &file.lanes {
+        if drafts.iter().any(|d| d.entry.values.text("lane") == Some(&lane.name)) {
+            continue;
+        }
+        let finding = Finding::error(&lane.key, format!("lane `{}` has no block", lane.name));
+        let of_sim = file.blocks.iter().any(|b| b.sim && b.values.text("lane") == Some(&lane.name));
+        checker.add(if of_sim {
+            finding.help("its blocks stand in [sim], which counts only with --sim")
+        } else {
+            finding.help(format!("add a block with `lane = \"{}\"`, or take the lane out", lane.name))
+        });
+    }
+}

@@ -1,0 +1,167 @@
+//! From the plant file to the checked model: every name resolved, every type agreed, every error told at once.
+//!
+//! ```text
+//! text ─parse─► tables ─file─► entries ─► lanes, drivers, components ─► tags ─► wires, settings ─► Model
+//!                 └──────────────── findings, each at its place ────────────────┘
+//! ```
+//!
+//! An error does not end the check. What depends on something broken is passed over in silence, so that one mistake is
+//! one message.
+
+mod blocks;
+mod components;
+mod drivers;
+mod lanes;
+mod notes;
+mod tags;
+mod wires;
+
+use crate::diagnostic;
+use crate::file;
+use crate::model::Model;
+use latchwork_block::Engine;
+use latchwork_schema::{Checker, Finding, Severity, Span};
+use std::path::{Path, PathBuf};
+
+/// How to check.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct CheckOptions {
+    /// As `run --sim` runs it: every driver is replaced by `sim` points, `[sim]` counts.
+    pub sim: bool,
+}
+
+/// What a check came to.
+pub struct Checked {
+    /// The model, if there was no error.
+    pub model: Option<Model>,
+    /// What was found, in the order of the file.
+    pub findings: Vec<Finding>,
+    path: PathBuf,
+    text: String,
+}
+
+impl Checked {
+    /// The findings for a person; with colours if asked for.
+    pub fn render(&self, colours: bool) -> String {
+        diagnostic::render(&self.findings, &self.path, &self.text, colours)
+    }
+
+    /// The findings for a script: a list of `{severity, file, line, column, message, help}`.
+    pub fn json(&self) -> serde_json::Value {
+        diagnostic::json(&self.findings, &self.path, &self.text)
+    }
+}
+
+/// Checks a plant file.
+pub fn check_file(path: &Path, engine: &Engine, options: CheckOptions) -> Checked {
+    match std::fs::read_to_string(path) {
+        Ok(text) => check_text(path, text, engine, options),
+        Err(error) => {
+            let message = if path.is_dir() {
+                "this is a folder; expected a plant file, a TOML text".into()
+            } else {
+                format!("the plant file cannot be read: {error}")
+            };
+            let finding = Finding { severity: Severity::Error, span: None, message, help: None };
+            Checked { model: None, findings: vec![finding], path: path.into(), text: String::new() }
+        }
+    }
+}
+
+/// Checks the text of a plant file; `path` is where it stands, for messages and relative folders.
+pub fn check_text(path: &Path, text: String, engine: &Engine, options: CheckOptions) -> Checked {
+    let (root, syntax) = latchwork_schema::check::parse(&text);
+    let mut checker = Checker { findings: syntax };
+    let mut model = None;
+    // What a broken text means is guesswork; its own errors are enough.
+    if checker.findings.is_empty() {
+        let file = file::read(&mut checker, root.get_ref(), &text);
+        let folder = path.parent().unwrap_or(Path::new(""));
+        model = Some(build(&mut checker, &file, engine, folder, options));
+    }
+    let mut findings = checker.findings;
+    findings.sort_by_key(|f| f.span.as_ref().map_or(0, |s| s.start));
+    findings.dedup();
+    if findings.iter().any(|f| f.severity == Severity::Error) {
+        model = None;
+    }
+    Checked { model, findings, path: path.into(), text }
+}
+
+/// Everything known of a block while it is checked.
+struct Draft<'a> {
+    entry: &'a file::BlockEntry,
+    /// Its component and class, if they are sound.
+    class: Option<(latchwork_block::Component, std::sync::Arc<latchwork_block::Class>)>,
+}
+
+fn build(
+    checker: &mut Checker,
+    file: &file::PlantFile,
+    engine: &Engine,
+    folder: &Path,
+    options: CheckOptions,
+) -> Model {
+    let lanes = lanes::lanes(checker, file);
+    unique_names(checker, file);
+    // Blocks of [sim] come last; without --sim they are checked for their keys alone.
+    let chosen = file.blocks.iter().filter(|b| !b.sim).chain(file.blocks.iter().filter(|b| b.sim && options.sim));
+    let mut loader = components::Loader::new(engine, folder, file);
+    loader.folders_exist(checker);
+    let drafts: Vec<_> = chosen.map(|entry| Draft { entry, class: loader.class(checker, entry) }).collect();
+    let mut drivers = drivers::drivers(checker, file);
+    let tags = tags::Tags::new(&lanes, &drivers, &drafts, file, options);
+    let blocks = blocks::blocks(checker, &drafts, &lanes, &tags);
+    wires::outputs(checker, &mut drivers, &tags);
+    if options.sim {
+        wires::feeds(checker, file, &mut drivers, &tags);
+    }
+    lanes::have_blocks(checker, file, &drafts);
+    let model = Model {
+        name: file.plant.text("name").unwrap_or_default().to_owned(),
+        lanes: lanes.into_iter().map(|l| l.lane).collect(),
+        drivers: drivers.into_iter().filter_map(|d| d.driver).collect(),
+        blocks: blocks.into_iter().flatten().collect(),
+        sim: options.sim,
+    };
+    // Only a model whose indices are all right can be looked at as a whole.
+    if !checker.findings.iter().any(|f| f.severity == Severity::Error) {
+        notes::circles(checker, &model, file, &drafts);
+        notes::order(checker, &model, &drafts);
+    }
+    model
+}
+
+/// A block and a driver, or a block and a block of [sim], of one name.
+fn unique_names(checker: &mut Checker, file: &file::PlantFile) {
+    let mut seen: Vec<(&str, &str)> = Vec::new();
+    let drivers = file.drivers.iter().map(|d| ("driver", d.name.as_str(), &d.key));
+    let blocks = file.blocks.iter().map(|b| (if b.sim { "block of [sim]" } else { "block" }, b.name.as_str(), &b.key));
+    for (what, name, span) in drivers.chain(blocks) {
+        match seen.iter().find(|(_, n)| *n == name) {
+            Some((other, _)) => {
+                let message = format!("the name `{name}` is taken: there is a {other} of this name");
+                checker.add(Finding::error(span, message).help("choose another name"));
+            }
+            None => seen.push((what, name)),
+        }
+    }
+}
+
+/// Reads a constant as a value of a type; a finding when it does not fit.
+fn cell(
+    checker: &mut Checker,
+    ty: &latchwork_image::Type,
+    constant: &latchwork_schema::Constant,
+    what: &str,
+    span: &Span,
+) -> Option<u64> {
+    match latchwork_io::sim::cell(ty, constant) {
+        Ok(cell) => Some(cell),
+        Err(error) => {
+            let message = format!("`{what}` is {}; it takes {}", error.found, error.expected);
+            checker.add(Finding::error(span, message));
+            None
+        }
+    }
+}

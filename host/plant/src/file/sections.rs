@@ -1,0 +1,149 @@
+//! The keys of the plant file, as tables: one source for the check, the reference and the editor's schema.
+
+use latchwork_schema::{Key, Kind, Section};
+
+const MS: u64 = 1_000_000;
+const SECOND: u64 = 1_000 * MS;
+
+/// `[plant]`
+pub(crate) static PLANT: Section = Section {
+    name: "[plant]",
+    doc: "The plant as a whole.",
+    keys: &[
+        Key::required("name", Kind::Text, "Name of the plant, for displays and records."),
+        Key::optional(
+            "components",
+            Kind::List(&Kind::Text),
+            "[]",
+            "Folders searched for `NAME.wasm`, in order, relative to this file.",
+        ),
+    ],
+};
+
+/// `[lane.NAME]`
+pub(crate) static LANE: Section = Section {
+    name: "[lane.NAME]",
+    doc: "A lane: one thread that scans its blocks once per period, in the order of this file.",
+    keys: &[
+        Key::required("every", Kind::Duration { min: MS / 10, max: 3600 * SECOND }, "Period of the scan."),
+        Key::optional(
+            "watchdog",
+            Kind::Duration { min: MS / 10, max: 24 * 3600 * SECOND },
+            "5 × every",
+            "A scan longer than this stops the lane with everything safe; longer than `every` is an overrun.",
+        ),
+        Key::optional(
+            "priority",
+            Kind::Integer { min: 1, max: 99 },
+            "50",
+            "SCHED_FIFO priority where it is permitted; a record says where it is not. Lanes due at the same virtual \
+             time run in the order of their priority.",
+        ),
+        Key::optional("cpu", Kind::Integer { min: 0, max: 1023 }, "", "CPU the lane is pinned to, counted from 0."),
+    ],
+};
+
+/// Keys of `[lane.NAME]` that belong to interrupt lanes.
+pub(crate) static LATER_LANE_KEYS: &[&str] = &["on", "also-with", "poll"];
+
+/// `[driver.NAME]`, besides the keys of its kind.
+pub(crate) static DRIVER: Section = Section {
+    name: "[driver.NAME]",
+    doc: "A connection to the field. Its kind decides which further keys it and its points have.",
+    keys: &[Key::required("kind", Kind::Text, "Kind of driver.")],
+};
+
+/// Keys of every point, besides those of the driver's kind.
+pub(crate) static POINT: Section = Section {
+    name: "point",
+    doc: "What every point may have besides the keys of its driver's kind.",
+    keys: &[
+        Key::optional("from", Kind::Tag, "", "Makes it an output point, which shows this tag."),
+        Key::optional(
+            "safe",
+            Kind::Constant,
+            "0 or false",
+            "What an output point gets before its lane runs, when it has stopped and when it has faulted.",
+        ),
+    ],
+};
+
+/// `[block.NAME]`
+pub(crate) static BLOCK: Section = Section {
+    name: "[block.NAME]",
+    doc: "A block: an instance of a component. Its name may have dots: `[block.zone-b.turbo]`.",
+    keys: &[
+        Key::required(
+            "component",
+            Kind::Text,
+            "Name of the component, a file `NAME.wasm` in the plant's folders; or a path that ends in `.wasm`, relative \
+             to this file.",
+        ),
+        Key::optional(
+            "class",
+            Kind::Text,
+            "the only one",
+            "Device class it is used as, with or without version; needed where the component exports several.",
+        ),
+        Key::required("lane", Kind::Text, "Lane that executes it."),
+        Key::optional(
+            "inputs",
+            Kind::Any,
+            "",
+            "Source of each input port: a tag, `{ tag = \"…\", not = true }`, or a constant. A port without one reads 0 or \
+             false; a signal port has quality bad then.",
+        ),
+        Key::optional("settings", Kind::Any, "the component's", "Value of each setting."),
+        Key::optional("safe", Kind::Any, "0 or false", "Value of each output under `on-fault = \"safe\"`."),
+        Key::optional(
+            "on-fault",
+            Kind::OneOf(&["safe", "hold", "stop-lane"]),
+            "\"safe\"",
+            "What its outputs do after a fault: take the `safe` values, hold the last ones, or stop the lane with \
+             everything safe.",
+        ),
+        Key::optional(
+            "budget",
+            Kind::Duration { min: MS / 10, max: 60 * SECOND },
+            "every / 2, 1ms to 100ms",
+            "Longest time of one execution.",
+        ),
+        Key::optional(
+            "memory",
+            Kind::Size { min: 64 << 10, max: 1 << 30 },
+            "\"4MiB\"",
+            "Most linear memory it may have.",
+        ),
+        Key::optional(
+            "wasi",
+            Kind::OneOf(&["none", "empty"]),
+            "\"none\"",
+            "Whether imports of WASI are allowed. `empty` is not supported by this version.",
+        ),
+        Key::optional(
+            "retain",
+            Kind::Bool,
+            "false",
+            "Its retained state is to outlive a restart of the plant. This version keeps it over nothing yet.",
+        ),
+    ],
+};
+
+/// `{ tag = "…", not = true }`
+pub(crate) static WIRE: Section = Section {
+    name: "the source of an input",
+    doc: "A tag, as a table.",
+    keys: &[
+        Key::required("tag", Kind::Tag, "The tag."),
+        Key::optional("not", Kind::Bool, "false", "Inverts it; bool only."),
+    ],
+};
+
+/// `[sim]`
+pub(crate) static SIM_KEYS: &[&str] = &["block", "feed"];
+
+/// Tables of the file.
+pub(crate) static TABLES: &[&str] = &["plant", "lane", "driver", "block", "sim"];
+
+/// Tables the contract has and this version has not.
+pub(crate) static LATER_TABLES: &[&str] = &["alarm", "sink", "journal", "policy"];

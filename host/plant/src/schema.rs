@@ -1,0 +1,70 @@
+//! The plant file as JSON Schema and as a reference page, both from the tables that check it.
+
+use crate::file::sections;
+use latchwork_io::kinds::KINDS;
+use latchwork_schema::{json_schema as of, reference};
+use serde_json::{Value, json};
+
+/// JSON Schema (draft 7) of the plant file, for editors.
+pub fn json_schema() -> Value {
+    let kinds: Vec<_> = KINDS
+        .iter()
+        .map(|kind| {
+            let mut driver = of(&[&sections::DRIVER, kind.keys]);
+            driver["properties"]["kind"] = json!({ "const": kind.name });
+            let point = of(&[kind.point_keys, &sections::POINT]);
+            driver["properties"]["points"] = json!({
+                "type": "object",
+                "description": "Points by name.",
+                "additionalProperties": point,
+            });
+            driver
+        })
+        .collect();
+    let source = json!({ "anyOf": [{ "type": ["boolean", "number", "string"] }, { "type": "object" }] });
+    let mut block = of(&[&sections::BLOCK]);
+    for (group, what) in [("inputs", &source), ("settings", &source), ("safe", &source)] {
+        block["properties"][group]["type"] = json!("object");
+        block["properties"][group]["additionalProperties"] = what.clone();
+    }
+    // Names with dots make nested tables, which a schema cannot tell from blocks.
+    let blocks = json!({ "type": "object", "additionalProperties": { "anyOf": [block, { "type": "object" }] } });
+    json!({
+        "$schema": "http://json-schema.org/draft-07/schema#",
+        "title": "Latchwork plant file",
+        "type": "object",
+        "required": ["plant"],
+        "additionalProperties": false,
+        "properties": {
+            "plant": of(&[&sections::PLANT]),
+            "lane": { "type": "object", "additionalProperties": of(&[&sections::LANE]) },
+            "driver": { "type": "object", "additionalProperties": { "oneOf": kinds } },
+            "block": blocks,
+            "sim": {
+                "type": "object",
+                "additionalProperties": false,
+                "properties": {
+                    "block": blocks,
+                    "feed": { "type": "object", "description": "Tag that drives each input point, by name." },
+                },
+            },
+        },
+    })
+}
+
+/// The tables of docs/plant-file.md as Markdown.
+pub fn reference_page() -> String {
+    let mut page = String::new();
+    let mut add = |title: &str, section| page += &format!("### {title}\n\n{}\n", reference(section));
+    add("`[plant]`", &sections::PLANT);
+    add("`[lane.NAME]`", &sections::LANE);
+    add("`[block.NAME]`", &sections::BLOCK);
+    add("`{ tag = … }`, the source of an input", &sections::WIRE);
+    add("`[driver.NAME]`", &sections::DRIVER);
+    add("Every point", &sections::POINT);
+    for kind in KINDS {
+        add(&format!("Driver `{}`", kind.name), kind.keys);
+        add(&format!("Points of `{}`", kind.name), kind.point_keys);
+    }
+    page
+}

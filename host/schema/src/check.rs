@@ -1,0 +1,320 @@
+//! Checks TOML tables against sections and gathers every finding.
+
+use crate::{Constant, Finding, Key, Kind, Section, Span, Value, Values};
+use latchwork_image::{format_duration, nearest, parse_duration};
+use toml::Spanned;
+use toml::de::{DeTable, DeValue};
+
+/// Reads tables and keeps what it finds wrong.
+#[derive(Default)]
+pub struct Checker {
+    /// What was found so far, in the order of reading.
+    pub findings: Vec<Finding>,
+}
+
+/// One entry of a TOML table.
+pub struct Entry<'a> {
+    /// Key.
+    pub name: &'a str,
+    /// Bytes of the key.
+    pub key_span: Span,
+    /// Value.
+    pub value: &'a DeValue<'a>,
+    /// Bytes of the value.
+    pub span: Span,
+}
+
+/// The entries of a table in the order of the file.
+pub fn entries<'a>(table: &'a DeTable<'a>) -> Vec<Entry<'a>> {
+    let mut list: Vec<_> = table
+        .iter()
+        .map(|(k, v)| Entry { name: k.get_ref(), key_span: k.span(), value: v.get_ref(), span: v.span() })
+        .collect();
+    list.sort_by_key(|e| e.key_span.start);
+    list
+}
+
+impl Checker {
+    /// Adds a finding.
+    pub fn add(&mut self, finding: Finding) {
+        self.findings.push(finding);
+    }
+
+    /// Reads a table whose keys are those of all `sections` together. `span` is where it stands.
+    pub fn table(&mut self, sections: &[&Section], table: &DeTable<'_>, span: Span) -> Values {
+        self.table_but(sections, table, span, &[])
+    }
+
+    /// The same; keys in `skip` belong to somebody else and are passed over.
+    pub fn table_but(&mut self, sections: &[&Section], table: &DeTable<'_>, span: Span, skip: &[&str]) -> Values {
+        let mut values = Values { span: span.clone(), ..Values::default() };
+        let keys: Vec<&Key> = sections.iter().flat_map(|s| s.keys).collect();
+        for entry in entries(table) {
+            if skip.contains(&entry.name) {
+                continue;
+            }
+            match keys.iter().find(|k| k.name == entry.name) {
+                Some(key) => {
+                    if let Some(value) = self.value(&key.kind, entry.name, entry.value, &entry.span) {
+                        values.entries.insert(entry.name.to_owned(), (value, entry.span));
+                    }
+                }
+                None => self.unknown_key(&entry, sections, keys.iter().map(|k| k.name).chain(skip.iter().copied())),
+            }
+        }
+        for key in keys.iter().filter(|k| k.required) {
+            if !table.keys().any(|k| k.get_ref() == key.name) {
+                let section = sections.first().map_or("", |s| s.name);
+                let finding = Finding::error(&span, format!("{section} has no `{}`", key.name));
+                self.add(finding.help(format!("add `{} = {}`: {}", key.name, example(&key.kind), key.doc)));
+            }
+        }
+        values
+    }
+
+    fn unknown_key<'k>(&mut self, entry: &Entry<'_>, sections: &[&Section], known: impl Iterator<Item = &'k str>) {
+        let known: Vec<_> = known.collect();
+        let section = sections.first().map_or("", |s| s.name);
+        let finding = Finding::error(&entry.key_span, format!("{section} has no key `{}`", entry.name));
+        self.add(match nearest(entry.name, known.iter().copied()) {
+            Some(near) => finding.help(format!("did you mean `{near}`?")),
+            None if known.is_empty() => finding.help("it takes no keys"),
+            None => finding.help(format!("it takes {}", known.join(", "))),
+        });
+    }
+
+    /// Reads one value; `None` when it does not fit, which is a finding.
+    pub fn value(&mut self, kind: &Kind, name: &str, value: &DeValue<'_>, span: &Span) -> Option<Value> {
+        match (kind, value) {
+            (Kind::Text | Kind::Tag, DeValue::String(s)) => Some(Value::Text(s.to_string())),
+            (Kind::Bool, DeValue::Boolean(b)) => Some(Value::Bool(*b)),
+            (Kind::Integer { min, max }, DeValue::Integer(_)) => {
+                let Some(i) = integer(value) else { return self.wrong(kind, name, value, span) };
+                if i < *min || i > *max {
+                    self.add(Finding::error(span, format!("`{name}` is {i}; expected {min} to {max}")));
+                    return None;
+                }
+                Some(Value::Integer(i))
+            }
+            (Kind::Duration { min, max }, DeValue::String(s)) => {
+                let ns = match parse_duration(s) {
+                    Ok(ns) => ns,
+                    Err(error) => {
+                        self.add(Finding::error(span, format!("`{name}`: {error}")));
+                        return None;
+                    }
+                };
+                if ns < *min || ns > *max {
+                    let (found, min, max) = (format_duration(ns), format_duration(*min), format_duration(*max));
+                    self.add(Finding::error(span, format!("`{name}` is {found}; expected {min} to {max}")));
+                    return None;
+                }
+                Some(Value::Duration(ns))
+            }
+            (Kind::Duration { .. }, DeValue::Integer(_) | DeValue::Float(_)) => {
+                let found = number(value);
+                self.add(
+                    Finding::error(
+                        span,
+                        format!("`{name}` is the bare number {found}; expected a duration with its unit"),
+                    )
+                    .help(format!("write `{name} = \"{found}ms\"`, or with another unit: h, m, s, ms, us, ns")),
+                );
+                None
+            }
+            (Kind::Size { min, max }, DeValue::String(s)) => {
+                let Some(bytes) = parse_size(s) else { return self.wrong(kind, name, value, span) };
+                if bytes < *min || bytes > *max {
+                    let (min, max) = (format_size(*min), format_size(*max));
+                    self.add(Finding::error(span, format!("`{name}` is \"{s}\"; expected {min} to {max}")));
+                    return None;
+                }
+                Some(Value::Size(bytes))
+            }
+            (Kind::OneOf(words), DeValue::String(s)) => {
+                if words.contains(&s.as_ref()) {
+                    return Some(Value::Text(s.to_string()));
+                }
+                let list = words.iter().map(|w| format!("\"{w}\"")).collect::<Vec<_>>().join(", ");
+                let finding = Finding::error(span, format!("`{name}` is \"{s}\"; expected one of {list}"));
+                let near = nearest(s, words.iter().copied()).map(|n| format!("did you mean \"{n}\"?"));
+                self.add(finding.maybe_help(near));
+                None
+            }
+            (Kind::Constant, _) => match constant(value) {
+                Some(c) => Some(Value::Constant(c)),
+                None => self.wrong(kind, name, value, span),
+            },
+            (Kind::List(of), DeValue::Array(items)) => Some(Value::List(
+                items
+                    .iter()
+                    .filter_map(|i| self.value(of, name, i.get_ref(), &i.span()).map(|v| (v, i.span())))
+                    .collect(),
+            )),
+            (Kind::Table(section), DeValue::Table(t)) => Some(Value::Table(self.table(&[section], t, span.clone()))),
+            (Kind::Map(of), DeValue::Table(t)) => {
+                let list = entries(t).into_iter().filter_map(|e| {
+                    let value = self.value(of, e.name, e.value, &e.span)?;
+                    Some((e.name.to_owned(), e.key_span, value, e.span))
+                });
+                Some(Value::Map(list.collect()))
+            }
+            (Kind::Either(one, other), _) => {
+                let before = self.findings.len();
+                if let Some(value) = self.value(one, name, value, span) {
+                    return Some(value);
+                }
+                let of_one = self.findings.split_off(before);
+                // What is closest in kind has the better message.
+                if fits(one, value) {
+                    self.findings.extend(of_one);
+                    return None;
+                }
+                if fits(other, value) {
+                    return self.value(other, name, value, span);
+                }
+                self.wrong(kind, name, value, span)
+            }
+            (Kind::Any, _) => None,
+            _ => self.wrong(kind, name, value, span),
+        }
+    }
+
+    fn wrong(&mut self, kind: &Kind, name: &str, value: &DeValue<'_>, span: &Span) -> Option<Value> {
+        let message = format!("`{name}` is {}; expected {}", found(value), expected(kind));
+        self.add(Finding::error(span, message).help(format!("as in `{name} = {}`", example(kind))));
+        None
+    }
+}
+
+/// Whether a value is of the TOML type that a kind is written in.
+fn fits(kind: &Kind, value: &DeValue<'_>) -> bool {
+    match kind {
+        Kind::Text | Kind::Tag | Kind::Duration { .. } | Kind::Size { .. } | Kind::OneOf(_) => value.is_str(),
+        Kind::Bool => value.is_bool(),
+        Kind::Integer { .. } => value.is_integer(),
+        Kind::List(_) => value.is_array(),
+        Kind::Table(_) | Kind::Map(_) => value.is_table(),
+        Kind::Constant => !value.is_array() && !value.is_table(),
+        Kind::Either(one, other) => fits(one, value) || fits(other, value),
+        Kind::Any => true,
+    }
+}
+
+fn integer(value: &DeValue<'_>) -> Option<i64> {
+    let i = value.as_integer()?;
+    i64::from_str_radix(i.as_str(), i.radix()).ok()
+}
+
+fn number(value: &DeValue<'_>) -> String {
+    match value {
+        DeValue::Integer(i) => i.as_str().to_owned(),
+        DeValue::Float(f) => f.as_str().to_owned(),
+        _ => String::new(),
+    }
+}
+
+/// A constant, if the value is one.
+pub fn constant(value: &DeValue<'_>) -> Option<Constant> {
+    match value {
+        DeValue::Boolean(b) => Some(Constant::Bool(*b)),
+        DeValue::Integer(_) => integer(value).map(Constant::Integer),
+        DeValue::Float(f) => f.as_str().parse().ok().map(Constant::Real),
+        DeValue::String(s) => Some(Constant::Text(s.to_string())),
+        _ => None,
+    }
+}
+
+/// A value in the words of a message.
+pub fn found(value: &DeValue<'_>) -> String {
+    match value {
+        DeValue::String(s) => format!("the string \"{s}\""),
+        DeValue::Integer(_) => format!("the whole number {}", number(value)),
+        DeValue::Float(_) => format!("the number {}", number(value)),
+        DeValue::Boolean(b) => b.to_string(),
+        DeValue::Datetime(_) => "a date".into(),
+        DeValue::Array(_) => "a list".into(),
+        DeValue::Table(_) => "a table".into(),
+    }
+}
+
+/// What a kind holds, in the words of a message.
+pub fn expected(kind: &Kind) -> String {
+    match kind {
+        Kind::Text => "a string".into(),
+        Kind::Bool => "true or false".into(),
+        Kind::Integer { min, max } => format!("a whole number {min} to {max}"),
+        Kind::Duration { .. } => "a duration with its unit (h, m, s, ms, us, ns)".into(),
+        Kind::Size { .. } => "a size with its unit (B, KiB, MiB, GiB)".into(),
+        Kind::OneOf(words) => {
+            format!("one of {}", words.iter().map(|w| format!("\"{w}\"")).collect::<Vec<_>>().join(", "))
+        }
+        Kind::Tag => "the name of a tag".into(),
+        Kind::Constant => "a constant".into(),
+        Kind::List(of) => format!("a list, each item {}", expected(of)),
+        Kind::Table(section) => format!("a table ({})", section.name),
+        Kind::Map(of) => format!("a table of names, each {}", expected(of)),
+        Kind::Either(one, other) => format!("{}, or {}", expected(one), expected(other)),
+        Kind::Any => "any value".into(),
+    }
+}
+
+/// What a user could write.
+pub fn example(kind: &Kind) -> String {
+    match kind {
+        Kind::Text => "\"text\"".into(),
+        Kind::Bool => "true".into(),
+        Kind::Integer { min, .. } => min.to_string(),
+        Kind::Duration { min, .. } => format!("\"{}\"", format_duration((*min).max(10_000_000))),
+        Kind::Size { min, .. } => format!("\"{}\"", format_size((*min).max(1 << 20))),
+        Kind::OneOf(words) => format!("\"{}\"", words.first().unwrap_or(&"")),
+        Kind::Tag => "\"driver.point\"".into(),
+        Kind::Constant => "0".into(),
+        Kind::List(of) => format!("[{}]", example(of)),
+        Kind::Table(section) => {
+            let keys = section.keys.iter().filter(|k| k.required);
+            format!(
+                "{{ {} }}",
+                keys.map(|k| format!("{} = {}", k.name, example(&k.kind))).collect::<Vec<_>>().join(", ")
+            )
+        }
+        Kind::Map(of) => format!("{{ name = {} }}", example(of)),
+        Kind::Either(one, _) => example(one),
+        Kind::Any => "…".into(),
+    }
+}
+
+/// `"4MiB"` in bytes.
+fn parse_size(text: &str) -> Option<u64> {
+    let text = text.trim();
+    let digits = text.find(|c: char| !c.is_ascii_digit()).unwrap_or(text.len());
+    let (number, unit) = text.split_at(digits);
+    let factor: u64 = match unit.trim() {
+        "B" => 1,
+        "KiB" => 1 << 10,
+        "MiB" => 1 << 20,
+        "GiB" => 1 << 30,
+        _ => return None,
+    };
+    number.parse::<u64>().ok()?.checked_mul(factor)
+}
+
+/// Bytes with the largest unit that leaves a whole number.
+pub fn format_size(bytes: u64) -> String {
+    for (shift, unit) in [(30, "GiB"), (20, "MiB"), (10, "KiB")] {
+        if bytes >= 1 << shift && bytes % (1 << shift) == 0 {
+            return format!("{}{unit}", bytes >> shift);
+        }
+    }
+    format!("{bytes}B")
+}
+
+/// Parses a file; every syntax error is a finding.
+pub fn parse(text: &str) -> (Spanned<DeTable<'_>>, Vec<Finding>) {
+    let (table, errors) = DeTable::parse_recoverable(text);
+    let findings = errors.iter().map(|e| {
+        let span = e.span().unwrap_or(0..text.len().min(1));
+        Finding::error(&span, format!("this is no TOML: {}", e.message()))
+    });
+    (table, findings.collect())
+}
