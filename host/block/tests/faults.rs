@@ -174,6 +174,57 @@ fn a_message_of_a_novels_length() {
     }
 }
 
+/// There is a longest message and a longest refusal, the same on both paths: to the byte.
+#[test]
+fn the_longest_text() {
+    let spec = Spec { outputs: vec![Ty::Leaf(Leaf::Bool)], settings: vec![Ty::Leaf(Leaf::Bool)], ..Spec::default() };
+    let accepted = |evil| {
+        let mut twins = Twins::new(templates(&generated(&spec, evil, When(0))), &patient()).unwrap();
+        let said = match evil {
+            Evil::LogLong(_) => twins.execute(SCAN, &[]).map(drop),
+            _ => twins.configure(&[0]).map(|answer| drop(answer.unwrap_err())),
+        };
+        said != Err(FaultKind::Result)
+    };
+    for evil in [Evil::LogLong, Evil::RefuseLong] {
+        let (mut good, mut bad) = (1000, 600_000);
+        assert!(accepted(evil(good)) && !accepted(evil(bad)));
+        while bad - good > 1 {
+            let middle = (good + bad) / 2;
+            *if accepted(evil(middle)) { &mut good } else { &mut bad } = middle;
+        }
+        assert!((32_000..=128_000).contains(&good), "{:?}", evil(good));
+        // The search might have stepped over a gap in which the paths differ.
+        for n in good - 64..good + 64 {
+            assert_eq!(accepted(evil(n)), n <= good, "{:?}", evil(n));
+        }
+    }
+}
+
+/// What goes wrong before there is an instance, alike on both paths.
+#[test]
+fn faults_of_the_start() {
+    let starts = [
+        (Evil::StartTraps, FaultKind::Trap),
+        (Evil::StartLoops, FaultKind::Budget),
+        (Evil::DataOutside, FaultKind::Trap),
+        (Evil::Pages(17), FaultKind::Memory),
+        (Evil::Pages(65536), FaultKind::Memory),
+    ];
+    for (evil, kind) in starts {
+        let limits = Limits { memory: 1 << 20, ..Limits::default() };
+        let made = Twins::new(templates(&generated(&spec(), evil, When(0))), &limits);
+        assert_eq!(made.err(), Some(kind), "{evil:?}");
+    }
+    // A start function that logs runs before the tools' own glue is there: only the component path can tell rightly.
+    let bytes = generated(&spec(), Evil::StartLogs, When(0));
+    let component = engine(None).load_bytes("case", &bytes).unwrap();
+    let template = component.template(&component.class(None).unwrap()).unwrap();
+    assert_eq!(template.path(), CallPath::Component);
+    assert!(template.why_not_plain().is_some_and(|why| why.contains("start function")));
+    assert_eq!(template.instantiate(&Limits::default()).unwrap_err().kind, FaultKind::Trap);
+}
+
 /// One block's fault is no other's.
 #[test]
 fn other_instances_go_on() {

@@ -236,3 +236,24 @@ fn a_class_of_everything_goes_round() {
         assert_eq!(twins.defaults(), Ok(model.defaults()));
     }
 }
+
+/// Two thousand outputs and as many inputs: far more than anybody has, and still both paths agree.
+#[test]
+fn a_class_of_thousands_of_ports() {
+    let group = Ty::Record(vec![Ty::RealSignal, Ty::Leaf(Leaf::Enum(3)), Ty::Leaf(Leaf::Flags(20)), Ty::Duration]);
+    let wide = Ty::Record(vec![Ty::Record(vec![group; 20]); 20]);
+    let spec = Spec {
+        inputs: vec![wide.clone()],
+        outputs: vec![wide],
+        commands: 32,
+        alarms: 32,
+        post_return: true,
+        ..Spec::default()
+    };
+    // The generated guest has room for some hundred parameters only; a dummy answers nothing, but is bound and called.
+    let wit = format!("{}\n", spec.wit());
+    let bytes = dummy(&[], &wit);
+    let mut twins = Twins::new(templates(&bytes), &Limits::default()).unwrap();
+    assert_eq!(twins.class().argument_cells(), 2001);
+    assert_eq!(twins.execute(first_scan(), &vec![0; 2001]), Err(latchwork_block::FaultKind::Trap));
+}

@@ -103,7 +103,7 @@ fn files() {
     let mut seen = String::new();
     let here = folder.path().display().to_string();
     let mut say = |name: &str, path: &std::path::Path| {
-        let error = engine(None).load_file(path).err().expect("it is no component");
+        let error = engine(None).load_file(path).expect_err("it is no component");
         writeln!(seen, "{name}\n  {}\n", error.to_string().replace(&here, "FOLDER")).unwrap();
     };
     say("not there", &folder.path().join("no.wasm"));
@@ -232,6 +232,11 @@ fn refused_port_types() {
     for (name, define, ty) in types {
         r.class(name, &format!("{define}\nrecord inputs {{ ok: bool, port: {ty} }}\n{OUTPUTS}\n{EXECUTE}"));
     }
+    let doubled: String = (1..14).map(|i| format!("record r{i} {{ a: r{0}, b: r{0} }}\n", i - 1)).collect();
+    r.class(
+        "more than anybody can wire",
+        &format!("record r0 {{ a: f64, b: f64 }}\n{doubled}record inputs {{ port: r13 }}\n{OUTPUTS}\n{EXECUTE}"),
+    );
     r.class("in outputs", "record outputs { name: string }\nexecute: func(scan: scan) -> outputs;");
     r.class(
         "in settings",

@@ -43,6 +43,10 @@ pub enum Evil {
     LogString(u32, u32),
     LogInvalidUtf8,
     LogBadLevel,
+    /// One message of this many bytes, zeros; the guest has memory for it.
+    LogLong(u32),
+    /// `configure` refuses everything with a sentence of this many bytes, zeros; the guest has memory for it.
+    RefuseLong(u32),
     /// This many messages in one execution.
     LogFlood(u32),
     /// So many messages that one more is dropped; that one is no text, outside of memory, or of no level.
@@ -57,6 +61,7 @@ pub enum Evil {
     /// The module's start function.
     StartTraps,
     StartLoops,
+    StartLogs,
     /// A data segment that does not fit.
     DataOutside,
     /// Initial memory, pages.
@@ -82,13 +87,19 @@ impl Evil {
                 | Self::LogString(..)
                 | Self::LogInvalidUtf8
                 | Self::LogBadLevel
+                | Self::LogLong(_)
+                | Self::StartLogs
                 | Self::LogFlood(_)
                 | Self::LogFloodThen(_)
         )
     }
 
     pub fn pages(self) -> u32 {
-        if let Self::Pages(n) = self { n } else { 1 }
+        match self {
+            Self::Pages(n) => n,
+            Self::LogLong(n) | Self::RefuseLong(n) => 2 + n / 65536,
+            _ => 1,
+        }
     }
 
     pub fn memories(self) -> u32 {
@@ -109,6 +120,7 @@ impl Evil {
         match self {
             Self::StartTraps => "(func $start unreachable)(start $start)",
             Self::StartLoops => "(func $start (loop $l (br $l)))(start $start)",
+            Self::StartLogs => "(func $start (call $log (i32.const 1) (i32.const 1024) (i32.const 2)))(start $start)",
             _ => "",
         }
     }
@@ -133,6 +145,7 @@ impl Evil {
             Self::LogString(at, len) => {
                 Self::due(&format!("(call $log (i32.const 1) (i32.const {at}) (i32.const {len}))"))
             }
+            Self::LogLong(len) => Self::due(&format!("(call $log (i32.const 1) (i32.const 65536) (i32.const {len}))")),
             Self::LogInvalidUtf8 => Self::due(
                 "(i32.store (i32.const 2048) (i32.const 0x41fffe41)) (call $log (i32.const 1) (i32.const 2048) (i32.const 4))",
             ),

@@ -74,7 +74,7 @@ pub fn wat(spec: &Spec, evil: Evil, when: When) -> String {
     .unwrap();
     execute(&mut w, spec, evil);
     if !spec.settings.is_empty() {
-        configure(&mut w, spec);
+        configure(&mut w, spec, evil);
         if spec.defaults {
             let result = Ty::Record(spec.settings.clone());
             let sig = Signature { params: vec![], result: Some(result) };
@@ -143,21 +143,25 @@ fn execute(w: &mut String, spec: &Spec, evil: Evil) {
     });
 }
 
-fn configure(w: &mut String, spec: &Spec) {
+fn configure(w: &mut String, spec: &Spec, evil: Evil) {
     let leaves = spec.setting_leaves().len();
     let params = [Ty::Record(spec.settings.clone())];
     let mut body = String::from("(global.set $h (i64.const 1))\n");
     for j in 0..leaves as u32 {
         writeln!(body, "(call $mix {})", cell(PARAMS, j)).unwrap();
     }
-    let refuses = if spec.refuses { "(i64.eqz (i64.and (global.get $h) (i64.const 3)))" } else { "(i32.const 0)" };
+    let (refuses, text, length) = match evil {
+        Evil::RefuseLong(n) => ("(i32.const 1)", PAGE, n as usize),
+        _ if spec.refuses => ("(i64.eqz (i64.and (global.get $h) (i64.const 3)))", REFUSAL, REFUSAL_LINE.len()),
+        _ => ("(i32.const 0)", REFUSAL, REFUSAL_LINE.len()),
+    };
     writeln!(
         body,
-        "(i32.store8 (i32.const {RESULT}) {refuses})\n(i32.store (i32.const {}) (i32.const {REFUSAL}))\n\
+        "(i32.store8 (i32.const {RESULT}) {refuses})\n(i32.store (i32.const {}) (i32.const {text}))\n\
          (i32.store (i32.const {}) (i32.const {}))\n(if (i32.eqz {refuses}) (then {}))",
         RESULT + 4,
         RESULT + 8,
-        REFUSAL_LINE.len(),
+        length,
         copy(SETTINGS, leaves)
     )
     .unwrap();
