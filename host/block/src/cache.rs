@@ -2,7 +2,7 @@
 //!
 //! Loading machine code is executing it. So a file is used only if it lies in a folder that nobody but this user can write,
 //! is a plain file that nobody else can write, and holds exactly what was written for this component, engine and
-//! machine: a key over all of these and a checksum over the code are verified before the engine sees a byte. Whatever is
+//! machine: a key over all of these and a checksum over key and code are verified before the engine sees a byte. Whatever is
 //! not right is compiled anew and replaced. Without a usable folder everything works, only slower.
 
 use crate::component::hex;
@@ -133,8 +133,13 @@ fn read(folder: &OwnedFd, name: &str) -> Option<Vec<u8>> {
 /// The code in a file, if the file is what it should be.
 fn verify<'a>(file: &'a [u8], key: &[u8; 32]) -> Option<&'a [u8]> {
     let (header, code) = file.split_at_checked(HEADER)?;
-    let good = header[..16] == MAGIC[..] && header[16..48] == key[..] && header[48..] == Sha256::digest(code)[..];
+    let good = header[..16] == MAGIC[..] && header[16..48] == key[..] && header[48..] == checksum(key, code)[..];
     good.then_some(code)
+}
+
+/// Over the key, too: the checksum and code of one component behind the key of another are not right.
+fn checksum(key: &[u8; 32], code: &[u8]) -> [u8; 32] {
+    Sha256::new().chain_update(key).chain_update(code).finalize().into()
 }
 
 /// Writes a file beside its place and moves it there, so that a reader sees all of it or nothing.
@@ -146,7 +151,7 @@ fn write(folder: &OwnedFd, name: &str, key: &[u8; 32], code: &[u8]) -> std::io::
         let mut file = File::from(openat(folder, &unfinished, flags, Mode::RUSR | Mode::WUSR)?);
         file.write_all(MAGIC)?;
         file.write_all(key)?;
-        file.write_all(&Sha256::digest(code))?;
+        file.write_all(&checksum(key, code))?;
         file.write_all(code)?;
         drop(file);
         Ok(renameat(folder, &unfinished, folder, name)?)
