@@ -1,0 +1,1 @@
+//! Nothing of its own: its tests run every guest that `cargo xtask guests` built.
