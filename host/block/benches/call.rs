@@ -113,8 +113,7 @@ fn shipped(name: &str) -> Vec<u8> {
 
 /// A class with `n` real inputs and outputs each; more than 13 inputs pass through the block's memory.
 fn reals(n: usize) -> Vec<u8> {
-    let mut fields = String::new();
-    (0..n).for_each(|i| drop(write!(fields, "v{i}: f64, ")));
+    let fields: String = (0..n).map(|i| format!("v{i}: f64, ")).collect();
     let wit = format!(
         "package bench:reals; interface reals {{ use latchwork:block/types@0.1.0.{{scan}};
          record inputs {{ {fields} }} record outputs {{ {fields} }} execute: func(scan: scan, inputs: inputs) -> outputs; }}

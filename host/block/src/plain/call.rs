@@ -288,5 +288,5 @@ fn flat(leaf: Leaf, value: ValRaw) -> Result<u64> {
     if matches!(leaf.kind, Kind::Enum8 | Kind::Enum16 | Kind::Enum32) {
         case(leaf, bits)?;
     }
-    Ok(leaf.from_flat(bits))
+    Ok(leaf.lift_flat(bits))
 }

@@ -276,3 +276,7 @@ impl<'a, 'o> Main<'a, 'o> {
         Ok(initialize)
     }
 }
+
+#[cfg(test)]
+#[path = "extract_tests.rs"]
+mod tests;

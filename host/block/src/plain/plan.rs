@@ -145,7 +145,7 @@ fn result(returns: &Returns) -> (ResultPlan, Option<Core>) {
 }
 
 /// Places values one behind the other, each aligned; returns size and alignment of the whole.
-fn place<'a>(shapes: &mut dyn Iterator<Item = &'a Shape>, base: u32, to: &mut Vec<Leaf>) -> (u32, u32) {
+fn place(shapes: &mut dyn Iterator<Item = &Shape>, base: u32, to: &mut Vec<Leaf>) -> (u32, u32) {
     let (mut offset, mut align) = (0u32, 1);
     for shape in shapes {
         let its = alignment(shape);
@@ -247,7 +247,7 @@ impl Leaf {
     }
 
     /// The cell of a flat value; integers in range of their core type are cut as the component API cuts them.
-    pub(super) fn from_flat(self, bits: u64) -> u64 {
+    pub(super) fn lift_flat(self, bits: u64) -> u64 {
         let low = bits as u32;
         let signed = |i: i32| u64::from(i.cast_unsigned());
         match self.kind {
@@ -330,7 +330,7 @@ mod tests {
             let leaf = leaf(&ty, 8);
             leaf.store(cell, &mut bytes);
             assert_eq!(leaf.load(&bytes), cell, "{ty}");
-            assert_eq!(leaf.from_flat(cell), cell, "{ty}");
+            assert_eq!(leaf.lift_flat(cell), cell, "{ty}");
         }
         assert_eq!(leaf(&Type::Flags(names(3)), 0).load(&[0xff]), 7);
         assert_eq!(leaf(&Type::Bool, 0).load(&[0xfe]), 1);
