@@ -3,6 +3,7 @@
 //! Owns what cargo alone cannot do: function blocks to components, the demo, all tests in one command, the figures.
 
 use clap::{Parser, Subcommand};
+use std::process::ExitCode;
 
 mod bench;
 mod cargo;
@@ -31,12 +32,20 @@ enum Task {
     Bench(bench::Bench),
 }
 
-fn main() -> anyhow::Result<()> {
-    match Cli::parse().task {
+fn main() -> ExitCode {
+    let done = match Cli::parse().task {
         Task::Demo(args) => demo::execute(&args),
         Task::Test(args) => test::execute(&args),
         Task::Guests(args) => guests::execute(&args),
         Task::Component(args) => guests::execute_component(&args),
         Task::Bench(args) => bench::execute(&args),
+    };
+    match done {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!("error: {error}");
+            error.chain().skip(1).for_each(|cause| eprintln!("  because: {cause}"));
+            ExitCode::FAILURE
+        }
     }
 }

@@ -10,6 +10,8 @@ use toml::de::{DeTable, DeValue};
 pub struct Checker {
     /// What was found so far, in the order of reading.
     pub findings: Vec<Finding>,
+    /// What the user calls the table being read, such as `[lane.main]`; empty: the section's own name.
+    pub whose: String,
 }
 
 /// One entry of a TOML table.
@@ -49,6 +51,7 @@ impl Checker {
     pub fn table_but(&mut self, sections: &[&Section], table: &DeTable<'_>, span: Span, skip: &[&str]) -> Values {
         let mut values = Values { span: span.clone(), ..Values::default() };
         let keys: Vec<&Key> = sections.iter().flat_map(|s| s.keys).collect();
+        let mut misspelt = Vec::new();
         for entry in entries(table) {
             if skip.contains(&entry.name) {
                 continue;
@@ -59,28 +62,44 @@ impl Checker {
                         values.entries.insert(entry.name.to_owned(), (value, entry.span));
                     }
                 }
-                None => self.unknown_key(&entry, sections, keys.iter().map(|k| k.name).chain(skip.iter().copied())),
+                None => {
+                    let known = keys.iter().map(|k| k.name).chain(skip.iter().copied());
+                    misspelt.extend(self.unknown_key(&entry, sections, known));
+                }
             }
         }
-        for key in keys.iter().filter(|k| k.required) {
+        // A key that is there with a slip of the pen is not missing as well.
+        for key in keys.iter().filter(|k| k.required && !misspelt.contains(&k.name)) {
             if !table.keys().any(|k| k.get_ref() == key.name) {
-                let section = sections.first().map_or("", |s| s.name);
-                let finding = Finding::error(&span, format!("{section} has no `{}`", key.name));
+                let finding = Finding::error(&span, format!("{} has no `{}`", self.whose(sections), key.name));
                 self.add(finding.help(format!("add `{} = {}`: {}", key.name, example(&key.kind), key.doc)));
             }
         }
         values
     }
 
-    fn unknown_key<'k>(&mut self, entry: &Entry<'_>, sections: &[&Section], known: impl Iterator<Item = &'k str>) {
-        let known: Vec<_> = known.collect();
-        let section = sections.first().map_or("", |s| s.name);
-        let finding = Finding::error(&entry.key_span, format!("{section} has no key `{}`", entry.name));
-        self.add(match nearest(entry.name, known.iter().copied()) {
+    fn whose(&self, sections: &[&Section]) -> String {
+        if self.whose.is_empty() { sections.first().map_or("", |s| s.name).to_owned() } else { self.whose.clone() }
+    }
+
+    /// The finding about an unknown key; the known key that was probably meant.
+    fn unknown_key<'k>(
+        &mut self,
+        entry: &Entry<'_>,
+        sections: &[&Section],
+        known: impl Iterator<Item = &'k str>,
+    ) -> Option<&'k str> {
+        let mut known: Vec<_> = known.collect();
+        let mut seen = std::collections::HashSet::new();
+        known.retain(|k| seen.insert(*k));
+        let finding = Finding::error(&entry.key_span, format!("{} has no key `{}`", self.whose(sections), entry.name));
+        let near = nearest(entry.name, known.iter().copied());
+        self.add(match near {
             Some(near) => finding.help(format!("did you mean `{near}`?")),
             None if known.is_empty() => finding.help("it takes no keys"),
             None => finding.help(format!("it takes {}", known.join(", "))),
         });
+        near
     }
 
     /// Reads one value; `None` when it does not fit, which is a finding.
@@ -314,7 +333,11 @@ pub fn parse(text: &str) -> (Spanned<DeTable<'_>>, Vec<Finding>) {
     let (table, errors) = DeTable::parse_recoverable(text);
     let findings = errors.iter().map(|e| {
         let span = e.span().unwrap_or(0..text.len().min(1));
-        Finding::error(&span, format!("this is no TOML: {}", e.message()))
+        let message = match e.message() {
+            "duplicate key" => "this name stands here for the second time".to_owned(),
+            other => format!("this is no TOML: {other}"),
+        };
+        Finding::error(&span, message)
     });
     (table, findings.collect())
 }

@@ -94,6 +94,7 @@ pub(crate) fn read(checker: &mut Checker, root: &DeTable<'_>, text: &str) -> Pla
         match (entry.name, entry.value) {
             ("plant", DeValue::Table(t)) => {
                 seen_plant = true;
+                checker.whose.clear();
                 file.plant = checker.table(&[&sections::PLANT], t, entry.key_span);
             }
             ("lane", DeValue::Table(t)) => lanes(checker, t, &mut file),
@@ -161,6 +162,7 @@ fn lanes(checker: &mut Checker, tables: &DeTable<'_>, file: &mut PlantFile) {
             }
             continue;
         }
+        checker.whose = format!("[lane.{}]", entry.name);
         let values = checker.table(&[&sections::LANE], t, entry.key_span.clone());
         file.lanes.push(LaneEntry { name: entry.name.into(), key: entry.key_span, values });
     }
@@ -171,7 +173,8 @@ fn drivers(checker: &mut Checker, tables: &DeTable<'_>, file: &mut PlantFile) {
         let Some(t) = table(checker, &entry, &format!("driver `{}`", entry.name)) else { continue };
         name_is_sound(checker, entry.name, &entry.key_span, false);
         let before = checker.findings.len();
-        let kind = kind(checker, t, &entry.key_span);
+        let kind = kind(checker, entry.name, t, &entry.key_span);
+        checker.whose = format!("[driver.{}]", entry.name);
         let values = match kind {
             Some(kind) => checker.table_but(&[&sections::DRIVER, kind.keys], t, entry.key_span.clone(), &["points"]),
             None => Values { span: entry.key_span.clone(), ..Values::default() },
@@ -184,6 +187,7 @@ fn drivers(checker: &mut Checker, tables: &DeTable<'_>, file: &mut PlantFile) {
                 let Some(t) = table(checker, &point, &format!("point `{}`", point.name)) else { continue };
                 name_is_sound(checker, point.name, &point.key_span, false);
                 let before = checker.findings.len();
+                checker.whose = format!("point `{}.{}`", entry.name, point.name);
                 let values = match kind {
                     Some(kind) => checker.table(&[kind.point_keys, &sections::POINT], t, point.key_span.clone()),
                     None => Values { span: point.key_span.clone(), ..Values::default() },
@@ -199,10 +203,13 @@ fn drivers(checker: &mut Checker, tables: &DeTable<'_>, file: &mut PlantFile) {
 /// Kinds the contract has and this version has not.
 const LATER_KINDS: &[&str] = &["gpio", "rppal"];
 
-fn kind(checker: &mut Checker, table: &DeTable<'_>, span: &Span) -> Option<&'static DriverKind> {
+fn kind(checker: &mut Checker, name_of: &str, table: &DeTable<'_>, span: &Span) -> Option<&'static DriverKind> {
     let known: Vec<_> = latchwork_io::kinds::KINDS.iter().map(|k| k.name).collect();
     let Some(entry) = entries(table).into_iter().find(|e| e.name == "kind") else {
-        checker.add(Finding::error(span, "the driver has no `kind`").help(format!("one of {}", known.join(", "))));
+        checker.add(
+            Finding::error(span, format!("[driver.{name_of}] has no `kind`"))
+                .help(format!("one of {}", known.join(", "))),
+        );
         return None;
     };
     let DeValue::String(name) = entry.value else {
@@ -246,6 +253,7 @@ fn blocks(checker: &mut Checker, tables: &DeTable<'_>, prefix: &str, sim: bool, 
             .collect();
         let own = ["inputs", "settings", "safe"];
         let skip: Vec<&str> = inner.iter().map(|e| e.name).chain(own).collect();
+        checker.whose = format!("[{}block.{name}]", if sim { "sim." } else { "" });
         let values = checker.table_but(&[&sections::BLOCK], t, entry.key_span.clone(), &skip);
         let mut block = BlockEntry {
             name: name.clone(),
@@ -285,6 +293,7 @@ fn assignments(checker: &mut Checker, fields: &DeTable<'_>, prefix: &str, wires:
         let path = format!("{prefix}{}", e.name);
         let source = match e.value {
             DeValue::Table(t) if wires && (t.contains_key("tag") || t.contains_key("not")) => {
+                checker.whose = format!("the source of `{path}`");
                 let values = checker.table(&[&sections::WIRE], t, e.span.clone());
                 let Some(tag) = values.text("tag") else { continue };
                 Source::Tag { tag: tag.into(), not: values.bool("not").unwrap_or(false) }
@@ -326,6 +335,7 @@ fn feeds(checker: &mut Checker, tables: &DeTable<'_>, prefix: &str, file: &mut P
         let path = format!("{prefix}{}", e.name);
         match e.value {
             DeValue::Table(t) if t.contains_key("tag") => {
+                checker.whose = format!("the feed of `{path}`");
                 let values = checker.table(&[&sections::WIRE], t, e.span.clone());
                 if let Some(tag) = values.text("tag") {
                     let source = Source::Tag { tag: tag.into(), not: values.bool("not").unwrap_or(false) };
