@@ -71,7 +71,7 @@ pub fn check_file(path: &Path, engine: &Engine, options: CheckOptions) -> Checke
 /// Checks the text of a plant file; `path` is where it stands, for messages and relative folders.
 pub fn check_text(path: &Path, text: String, engine: &Engine, options: CheckOptions) -> Checked {
     let (root, syntax) = latchwork_schema::check::parse(&text);
-    let mut checker = Checker { findings: syntax };
+    let mut checker = Checker { findings: syntax, ..Checker::default() };
     let mut model = None;
     // What a broken text means is guesswork; its own errors are enough.
     if checker.findings.is_empty() {
