@@ -22,6 +22,7 @@ mod bounds;
 mod counters;
 mod flip_flops;
 mod multivibrator;
+mod number;
 mod refusal;
 mod scale;
 mod signal;

@@ -1,5 +1,6 @@
 //! Why settings are refused: what was found and what was expected, in one sentence for the user.
 
+use crate::number::Real;
 use core::fmt;
 
 /// Settings that cannot be worked with. Its text names the setting as the plant file does.
@@ -41,7 +42,7 @@ impl Refusal {
 impl fmt::Display for Number {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::Real(value) => write!(f, "{value}"),
+            Self::Real(value) => Real(*value).fmt(f),
             Self::Integer(value) => write!(f, "{value}"),
             Self::Time(ns) => write!(f, "{ns} ns"),
         }
