@@ -6,7 +6,7 @@ use latchwork_block::{CallPath, Engine, EngineOptions, FaultKind, Instance, Leve
 use std::time::Duration;
 use support::class::{Leaf, Spec, Ty};
 use support::component::generated;
-use support::evil::{Evil, When};
+use support::evil::{Answer, Evil, When};
 use support::guest::LOG_LINE;
 use support::strategy::Cells;
 use support::twins::{Twins, engine, first_scan, next, patient, templates};
@@ -199,6 +199,35 @@ fn the_longest_text() {
             assert_eq!(accepted(evil(n)), n <= good, "{:?}", evil(n));
         }
     }
+}
+
+/// `configure` answers with what is no answer.
+#[test]
+fn answers_that_are_none() {
+    let spec = Spec {
+        outputs: vec![Ty::Leaf(Leaf::Bool)],
+        settings: vec![Ty::Leaf(Leaf::F64)],
+        post_return: true,
+        ..Spec::default()
+    };
+    for answer in [
+        Answer::Discriminant(2),
+        Answer::Discriminant(0xff),
+        Answer::Outside,
+        Answer::Wraps,
+        Answer::InvalidUtf8,
+        Answer::At(65526),
+        Answer::At(65528),
+        Answer::At(0xffff_fffc),
+        Answer::At(4098),
+    ] {
+        let bytes = generated(&spec, Evil::Answer(answer), When(0));
+        let mut twins = Twins::new(templates(&bytes), &Limits::default()).unwrap();
+        assert_eq!(twins.configure(&[0]), Err(FaultKind::Result), "{answer:?}");
+    }
+    // The last place where an answer fits; it is zeros: accepted.
+    let bytes = generated(&spec, Evil::Answer(Answer::At(65524)), When(0));
+    assert_eq!(Twins::new(templates(&bytes), &Limits::default()).unwrap().configure(&[0]), Ok(Ok(())));
 }
 
 /// What goes wrong before there is an instance, alike on both paths.

@@ -47,6 +47,8 @@ pub enum Evil {
     LogLong(u32),
     /// `configure` refuses everything with a sentence of this many bytes, zeros; the guest has memory for it.
     RefuseLong(u32),
+    /// `configure` answers what is no `result<_, string>`.
+    Answer(Answer),
     /// This many messages in one execution.
     LogFlood(u32),
     /// So many messages that one more is dropped; that one is no text, outside of memory, or of no level.
@@ -76,6 +78,20 @@ pub enum Last {
     InvalidUtf8,
     Outside,
     BadLevel,
+}
+
+/// An answer of `configure` that is none.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Answer {
+    /// Neither ok nor error.
+    Discriminant(u8),
+    /// A sentence that ends outside of memory.
+    Outside,
+    /// A sentence whose end wraps around.
+    Wraps,
+    InvalidUtf8,
+    /// The address of the answer.
+    At(u32),
 }
 
 impl Evil {
@@ -164,6 +180,27 @@ impl Evil {
                  (br_if $l (i32.load (i32.const 2048))))"
             )),
             _ => String::new(),
+        }
+    }
+
+    /// The last of `configure`: its result, which stands at `RESULT`.
+    pub fn answer(self) -> String {
+        let good = format!("(i32.const {RESULT})");
+        let refusal = |at: u32, len: u32| {
+            format!(
+                "(i32.store8 (i32.const {RESULT}) (i32.const 1)) (i32.store (i32.const {}) (i32.const {at})) \
+                 (i32.store (i32.const {}) (i32.const {len})) {good}",
+                RESULT + 4,
+                RESULT + 8
+            )
+        };
+        let Self::Answer(answer) = self else { return good };
+        match answer {
+            Answer::Discriminant(d) => format!("(i32.store8 (i32.const {RESULT}) (i32.const {d})) {good}"),
+            Answer::Outside => refusal(65530, 7),
+            Answer::Wraps => refusal(0xffff_fff0, 0x20),
+            Answer::InvalidUtf8 => format!("(i32.store8 (i32.const 2048) (i32.const 0xff)) {}", refusal(2048, 1)),
+            Answer::At(p) => format!("(i32.const {p})"),
         }
     }
 

@@ -167,9 +167,10 @@ fn configure(w: &mut String, spec: &Spec, evil: Evil) {
     .unwrap();
     writeln!(
         w,
-        "(func (export \"{CLASS}#configure\") {} (result i32)\n{}{body}(i32.const {RESULT}))",
+        "(func (export \"{CLASS}#configure\") {} (result i32)\n{}{body}{})",
         parameters(&params),
-        prologue(&params)
+        prologue(&params),
+        evil.answer()
     )
     .unwrap();
     post(w, spec, "configure", Flat::I32, "");
