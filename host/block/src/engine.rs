@@ -70,8 +70,9 @@ impl Engine {
     /// Loads and checks a component. Its name is the file's, without `.wasm`.
     pub fn load_file(&self, path: &Path) -> Result<Component, LoadError> {
         // Reading a pipe would wait for ever.
-        if !std::fs::metadata(path)?.is_file() {
-            return Err(std::io::Error::other("it is not a file").into());
+        let kind = std::fs::metadata(path)?.file_type();
+        if !kind.is_file() && !kind.is_dir() {
+            return Err(std::io::Error::other("it is a pipe or a device").into());
         }
         let bytes = std::fs::read(path)?;
         let name = path.file_stem().unwrap_or_default().to_string_lossy();
