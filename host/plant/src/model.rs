@@ -15,7 +15,7 @@ pub struct Model {
     pub lanes: Vec<Lane>,
     /// Drivers in the order of the file.
     pub drivers: Vec<Driver>,
-    /// Blocks in the order of the file; those of `[sim.block]` last.
+    /// Blocks in the order of the file, with those of `[sim.block]` under `--sim`.
     pub blocks: Vec<Block>,
     /// Every driver is replaced by `sim`.
     pub sim: bool,

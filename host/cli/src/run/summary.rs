@@ -18,7 +18,7 @@ fn state(state: BlockState) -> &'static str {
 
 /// A few lines.
 pub(crate) fn text(name: &str, outcome: &Outcome, written: &Written) -> String {
-    let mut out = format!("\n{name}: {} of plant time\n", format_duration(outcome.time));
+    let mut out = format!("\n{name}: {} of plant time\n", format_duration(outcome.time / 1_000_000 * 1_000_000));
     let mut table = Table::new();
     table.load_style(presets::NOTHING);
     table.set_header(["lane", "state", "scans", "overruns", "mean scan", "longest", "latest start", "faults"]);

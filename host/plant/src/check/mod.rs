@@ -104,11 +104,12 @@ fn build(
 ) -> Model {
     let lanes = lanes::lanes(checker, file);
     unique_names(checker, file);
-    // Blocks of [sim] come last; without --sim they are checked for their keys alone.
-    let chosen = file.blocks.iter().filter(|b| !b.sim).chain(file.blocks.iter().filter(|b| b.sim && options.sim));
+    // Without --sim the blocks of [sim] are checked for their keys alone.
+    let mut chosen: Vec<_> = file.blocks.iter().filter(|b| !b.sim || options.sim).collect();
+    chosen.sort_by_key(|b| b.key.start);
     let mut loader = components::Loader::new(engine, folder, file);
     loader.folders_exist(checker);
-    let drafts: Vec<_> = chosen.map(|entry| Draft { entry, class: loader.class(checker, entry) }).collect();
+    let drafts: Vec<_> = chosen.into_iter().map(|entry| Draft { entry, class: loader.class(checker, entry) }).collect();
     let mut drivers = drivers::drivers(checker, file);
     let tags = tags::Tags::new(&lanes, &drivers, &drafts, file, options);
     let blocks = blocks::blocks(checker, &drafts, &lanes, &tags);

@@ -5,6 +5,7 @@ use crate::assemble::{DriverParts, Plant, Time, tick_ns};
 use crate::lane::{Lane, LaneState};
 use crate::model;
 use latchwork_block::{Engine, Ticker};
+use latchwork_image::Quality;
 use latchwork_io::IoThread;
 use latchwork_io::driver::{DriverContext, IoEvent};
 use latchwork_record::{Entry, Kind, Recorder, SourceId};
@@ -24,6 +25,8 @@ const HOUSEKEEPING: u64 = 5_000_000;
 const SETTLE: u64 = 20_000_000;
 /// A lane looks for a stop at least this often, ns.
 const NAP: u64 = 50_000_000;
+/// Lanes wait this long for the first reading of every driver, ns: a block need not see zeros that nobody has read.
+const FIRST_READING: u64 = 1_000_000_000;
 /// Time the drivers have to write their safe values.
 const DRIVERS_STOP: Duration = Duration::from_secs(3);
 
@@ -39,6 +42,7 @@ pub fn run_real(
     let tick = tick_ns(plant.shortest_budget, Time::Real);
     let _ticker = Ticker::start(engine, Duration::from_nanos(tick));
     let io = start_drivers(std::mem::take(&mut plant.drivers), &clock);
+    wait_for_readings(&plant, &*clock, stop);
     let stop_lanes = Arc::new(AtomicBool::new(false));
     let mut threads = Vec::new();
     let mut lost = Vec::new();
@@ -87,6 +91,26 @@ pub fn run_real(
         }
     }
     outcome
+}
+
+/// Waits until each driver has read its inputs once or knows that it cannot, but not for ever.
+fn wait_for_readings(plant: &Plant, clock: &dyn Clock, stop: &AtomicBool) {
+    let waiting = |driver: usize| {
+        let config = &plant.model.drivers[driver];
+        let inputs = config.config.points.iter().filter(|p| p.safe.is_none()).count() as u32;
+        let region = &plant.regions[plant.layout.driver_region(driver) as usize];
+        let good = |n: u32| Quality::from_cell(region.cell(2 * n + 1)) == Quality::Good;
+        // The first publication says that nothing has been read yet, the second how the first reading went.
+        !plant.model.sim
+            && config.kind.name != "sim"
+            && region.publications() < 2
+            && !(0..inputs).any(good)
+            && inputs > 0
+    };
+    let end = clock.now().saturating_add(FIRST_READING);
+    while (0..plant.model.drivers.len()).any(waiting) && clock.now() < end && !stop.load(Ordering::Relaxed) {
+        clock.sleep_until(clock.now().saturating_add(1_000_000));
+    }
 }
 
 /// One lane's thread.
