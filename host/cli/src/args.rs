@@ -26,10 +26,17 @@ pub(crate) struct Args {
     #[command(subcommand)]
     pub(crate) command: Command,
     /// Folder for compiled components [default: latchwork in the user's cache folder].
-    #[arg(long, global = true, value_name = "DIR", env = "LATCHWORK_CACHE")]
+    #[arg(
+        long,
+        global = true,
+        value_name = "DIR",
+        env = "LATCHWORK_CACHE",
+        hide_env_values = true,
+        help_heading = "For all commands"
+    )]
     pub(crate) cache: Option<PathBuf>,
     /// Compile every component anew and keep nothing.
-    #[arg(long, global = true, conflicts_with = "cache")]
+    #[arg(long, global = true, conflicts_with = "cache", help_heading = "For all commands")]
     pub(crate) no_cache: bool,
 }
 

@@ -6,8 +6,14 @@ use std::io::IsTerminal;
 pub(crate) fn error(error: &anyhow::Error) {
     let (bold, plain) = if colours() { ("\x1b[1;31m", "\x1b[0m") } else { ("", "") };
     eprintln!("{bold}error{plain}: {error}");
+    let mut before = error.to_string();
     for cause in error.chain().skip(1) {
-        eprintln!("  because: {cause}");
+        let cause = cause.to_string();
+        // Some errors tell their cause themselves.
+        if !before.contains(&cause) {
+            eprintln!("  because: {cause}");
+        }
+        before = cause;
     }
 }
 

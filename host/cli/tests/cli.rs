@@ -8,7 +8,8 @@ use tempfile::TempDir;
 fn latchwork(folder: &Path) -> Command {
     let mut command = Command::new(env!("CARGO_BIN_EXE_latchwork"));
     let cache = target().join("test-cache");
-    command.current_dir(folder).env("LATCHWORK_CACHE", cache).env("COLUMNS", "100").env("NO_COLOR", "1");
+    command.current_dir(folder).env("XDG_CACHE_HOME", cache).env("COLUMNS", "100").env("NO_COLOR", "1");
+    command.env_remove("LATCHWORK_CACHE");
     command
 }
 

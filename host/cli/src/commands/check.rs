@@ -37,6 +37,8 @@ pub(super) fn execute(engine: &Engine, args: &Check) -> Result<Exit> {
     }
     let plant = assembled?;
     let (blocks, lanes, drivers) = counts;
-    println!("{name}: fine ({blocks} blocks, {lanes} lanes, {drivers} drivers, {} tags)", plant.layout.tags.len());
+    let parts = [(blocks, "block"), (lanes, "lane"), (drivers, "driver"), (plant.layout.tags.len(), "tag")]
+        .map(|(n, what)| format!("{n} {what}{}", if n == 1 { "" } else { "s" }));
+    println!("{name}: fine ({})", parts.join(", "));
     Ok(Exit::Fine)
 }
