@@ -346,7 +346,7 @@ fn threads_and_processes_at_once() {
     let left = files(&cache);
     all_right(&cache);
     assert!(files(&cache) == left, "the cache is whole");
-    assert!(left.len() >= 6 && left.len() % 6 == 0, "no unfinished files are left: {:?}", left.keys());
+    assert!(left.len() >= 6 && left.len().is_multiple_of(6), "no unfinished files are left: {:?}", left.keys());
 }
 
 #[test]
