@@ -36,10 +36,12 @@ impl fmt::Display for Real {
         for _ in 0..=whole {
             f.write_char(digits.next().unwrap_or('0'))?;
         }
-        for (i, digit) in digits.enumerate() {
-            if i == 0 && whole >= 0 {
+        let mut point = whole >= 0;
+        for digit in digits {
+            if point {
                 f.write_char('.')?;
             }
+            point = false;
             f.write_char(digit)?;
         }
         if whole != exponent { write!(f, "e{exponent}") } else { Ok(()) }
@@ -52,16 +54,16 @@ fn decimal(mut value: f64) -> ([u8; DIGITS], i32) {
     for (power, factor) in POWERS {
         if value >= factor {
             value /= factor;
-            exponent += power;
+            exponent = power.saturating_add(exponent);
         } else if value > 0.0 && value * factor < 10.0 {
             value *= factor;
-            exponent -= power;
+            exponent = power.saturating_neg().saturating_add(exponent);
         }
     }
     let mut rest = (value * 1e11 + 0.5) as u64;
     if rest >= 1_000_000_000_000 {
         rest /= 10;
-        exponent += 1;
+        exponent = exponent.saturating_add(1);
     }
     let mut digits = [b'0'; DIGITS];
     for digit in digits.iter_mut().rev() {
