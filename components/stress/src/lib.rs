@@ -5,7 +5,7 @@
 //!
 //! It is the one block written without `#[block]`: safe bindings cannot return an enum case that does not exist, so
 //! `execute` is exported by hand and spoils the bytes the bindings wrote.
-#![no_std]
+#![cfg_attr(target_arch = "wasm32", no_std)]
 
 #[cfg(target_arch = "wasm32")]
 mod block;
