@@ -46,6 +46,11 @@ impl Lane {
         rest.faults += 1;
         rest.faulted_at = now;
         rest.ready = None;
+        // The execution that failed has seen its one-shot commands: the next instance must not get them again.
+        if let Some(cell) = rest.commands {
+            parts.cells[cell as usize] &= !rest.one_shot;
+            rest.one_shot = 0;
+        }
         block.ran = false;
         block.not_finite = false;
         for cell in rest.qualities.iter().chain([&block.quality]) {

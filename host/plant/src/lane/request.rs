@@ -91,7 +91,7 @@ impl Lane {
         let parts = &mut self.parts;
         self.one_shots.retain(|index| {
             let block = &mut parts.blocks[*index as usize];
-            let seen = block.ran || block.rest.state == BlockState::Parked;
+            let seen = block.ran || block.rest.one_shot == 0 || block.rest.state == BlockState::Parked;
             if seen && let Some(cell) = block.rest.commands {
                 parts.cells[cell as usize] &= !block.rest.one_shot;
                 block.rest.one_shot = 0;

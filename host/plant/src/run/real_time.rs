@@ -130,10 +130,14 @@ fn drive(mut lane: Lane, config: &model::Lane, scans: Option<u64>, clock: &dyn C
         if lane.scan(due, now, || clock.now()) == LaneState::Faulted {
             return lane;
         }
-        // The grid of deadlines stays; those that have passed are left out, not made up for.
-        let late = clock.now().saturating_sub(due) / config.every;
-        due += config.every * late.max(1);
+        due = next_due(due, clock.now(), config.every);
     }
+}
+
+/// The next deadline after `due`: the grid stays; deadlines that have passed are left out, not made up for.
+fn next_due(due: u64, now: u64, every: u64) -> u64 {
+    let passed = now.saturating_sub(due) / every;
+    due.saturating_add(every.saturating_mul(passed.max(1)))
 }
 
 fn set_priority(lane: &mut Lane, config: &model::Lane, clock: &dyn Clock) {
@@ -194,4 +198,23 @@ fn reporter(
             recorder.push(entry.text(format_args!("{}", event.text)));
         }
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::next_due;
+
+    #[test]
+    fn deadlines_stay_on_their_grid() {
+        for (what, now, next) in [
+            ("in time", 1_003, 1_010),
+            ("at the very end of the period", 1_010, 1_010),
+            ("an overrun: the next scan begins at once, late", 1_012, 1_010),
+            ("two periods long: one deadline is left out", 1_025, 1_020),
+            ("a clock that went back", 990, 1_010),
+        ] {
+            assert_eq!(next_due(1_000, now, 10), next, "{what}");
+        }
+        assert_eq!(next_due(u64::MAX - 3, u64::MAX, 10), u64::MAX);
+    }
 }
