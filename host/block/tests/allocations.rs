@@ -2,14 +2,14 @@
 
 mod support;
 
-use latchwork_block::{Limits, Scan};
+use latchwork_block::Scan;
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::cell::Cell;
 use support::class::{Leaf, Spec, Ty};
 use support::component::generated;
 use support::evil::{Evil, When};
 use support::strategy::Cells;
-use support::twins::templates;
+use support::twins::{patient, templates};
 
 /// The system's allocator; counts per thread, so that a ticker or another test does not disturb.
 struct Counting;
@@ -58,7 +58,7 @@ const CALLS: u64 = 10_000;
 fn allocations(spec: &Spec) -> [u64; 2] {
     let templates = templates(&generated(spec, Evil::None, When(0)));
     templates.map(|template| {
-        let mut instance = template.instantiate(&Limits::default()).unwrap();
+        let mut instance = template.instantiate(&patient()).unwrap();
         let arguments = spec.argument_leaves();
         let n = arguments.len();
         let ins: Vec<u32> = (0..n as u32).collect();

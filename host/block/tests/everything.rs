@@ -3,11 +3,11 @@
 
 mod support;
 
-use latchwork_block::{Class, Limits, Port};
+use latchwork_block::{Class, Port};
 use support::class::Leaf;
 use support::shipped::test_component;
 use support::strategy::Cells;
-use support::twins::{Twins, argument_leaves, first_scan, leaves, next, templates};
+use support::twins::{Twins, argument_leaves, first_scan, leaves, next, patient, templates};
 
 /// `inputs.echo`: what `outputs` repeats.
 const INPUTS: u64 = 0;
@@ -15,7 +15,7 @@ const SETTINGS: u64 = 1;
 const RETAINED: u64 = 2;
 
 fn twins() -> Twins {
-    Twins::new(templates(&test_component("everything")), &Limits::default()).unwrap()
+    Twins::new(templates(&test_component("everything")), &patient()).unwrap()
 }
 
 /// Index of a port's value cell.

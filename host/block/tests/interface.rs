@@ -2,7 +2,7 @@
 
 mod support;
 
-use latchwork_block::{Class, Limits, Port};
+use latchwork_block::{Class, Port};
 use latchwork_image::Type;
 use std::fmt::Write;
 use support::class::{CLASS, Leaf, Spec, Ty};
@@ -10,7 +10,7 @@ use support::component::{dummy, generated, with_section};
 use support::evil::{Evil, When};
 use support::model::Model;
 use support::strategy::Cells;
-use support::twins::{Twins, engine, first_scan, next, templates};
+use support::twins::{Twins, engine, first_scan, next, patient, templates};
 
 fn classes(bytes: &[u8]) -> Vec<Class> {
     let component = engine(None).load_bytes("case", bytes).unwrap_or_else(|e| panic!("{e}"));
@@ -215,7 +215,7 @@ fn a_class_of_everything_goes_round() {
         post_return: true,
         refuses: false,
     };
-    let mut twins = Twins::new(templates(&generated(&spec, Evil::None, When(0))), &Limits::default()).unwrap();
+    let mut twins = Twins::new(templates(&generated(&spec, Evil::None, When(0))), &patient()).unwrap();
     assert_eq!(twins.class().name, CLASS);
     let mut model = Model::new(&spec);
     let (mut cells, mut scan) = (Cells::new(1), first_scan());
@@ -253,7 +253,7 @@ fn a_class_of_thousands_of_ports() {
     // The generated guest has room for some hundred parameters only; a dummy answers nothing, but is bound and called.
     let wit = format!("{}\n", spec.wit());
     let bytes = dummy(&[], &wit);
-    let mut twins = Twins::new(templates(&bytes), &Limits::default()).unwrap();
+    let mut twins = Twins::new(templates(&bytes), &patient()).unwrap();
     assert_eq!(twins.class().argument_cells(), 2001);
     assert_eq!(twins.execute(first_scan(), &vec![0; 2001]), Err(latchwork_block::FaultKind::Trap));
 }
