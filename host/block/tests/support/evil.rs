@@ -60,6 +60,8 @@ pub enum Evil {
     GrowForEver,
     /// Grows memory until refused, then goes on as if nothing had happened.
     GrowUntilRefused,
+    /// As `GrowUntilRefused` in one execution, a trap in the one after.
+    GrowThenTrap,
     /// The module's start function.
     StartTraps,
     StartLoops,
@@ -151,6 +153,14 @@ impl Evil {
             Self::DivideByZero => Self::due("(drop (i64.div_u (i64.const 1) (i64.and (global.get $h) (i64.const 0))))"),
             Self::Loop => Self::due("(loop $l (br $l))"),
             Self::Recurse => Self::due("(drop (call $recurse (global.get $h)))"),
+            Self::GrowThenTrap => {
+                let grow = Self::GrowUntilRefused.in_execute();
+                let again = "(i64.store (i32.const 2048) (i64.add (i64.load (i32.const 2048)) (i64.const 1)))";
+                let trap = Self::due(&format!(
+                    "{again} (if (i64.gt_u (i64.load (i32.const 2048)) (i64.const 1)) (then unreachable))"
+                ));
+                trap + &grow
+            }
             Self::GrowForEver => Self::due(
                 "(loop $l (if (i32.eq (memory.grow $m (i32.const 1)) (i32.const -1)) (then unreachable)) (br $l))",
             ),
@@ -342,4 +352,5 @@ pub const ALL: &[Evil] = &[
     Evil::Recurse,
     Evil::GrowForEver,
     Evil::GrowUntilRefused,
+    Evil::GrowThenTrap,
 ];
