@@ -6,12 +6,13 @@ use crate::model::{Model, TagRef};
 use crate::sim::{Action, SimPoints};
 use crate::supervisor::{LaneLink, Recipe, Supervisor};
 use globset::{Glob, GlobMatcher};
-use latchwork_block::{Class, Engine, Limits, LoadError, Template};
+use latchwork_block::{Class, Engine, Limits, LoadError, Template, Ticker};
 use latchwork_image::{ForceBoard, Location, Quality, RegionReader, RegionWriter, Resolved, TagId, View, region};
 use latchwork_io::driver::{Driver, Outputs};
 use latchwork_record::{Recorder, Router, SourceId, queue};
 use std::collections::HashMap;
 use std::sync::Arc;
+use std::time::Duration;
 
 /// Entries one lane, driver or operator interface may have under way.
 const QUEUE: usize = 1024;
@@ -115,8 +116,10 @@ pub struct Plant {
     pub regions: Arc<[RegionReader]>,
     /// Forces.
     pub forces: ForceBoard,
-    /// Shortest budget of a block, ns.
-    pub shortest_budget: u64,
+    /// The engine its blocks run on; its ticker watches their budgets.
+    pub(crate) engine: Engine,
+    /// Period of that ticker, ns.
+    pub(crate) tick: u64,
 }
 
 impl Plant {
@@ -162,7 +165,10 @@ impl Sources {
 pub fn assemble(model: Model, engine: &Engine, options: &Options<'_>) -> Result<Plant, AssembleError> {
     let model = Arc::new(model);
     let shortest_budget = model.blocks.iter().map(|b| b.budget).min().unwrap_or(100_000_000);
-    let (recipes, instances) = instantiate(&model, engine, options.time, tick_ns(shortest_budget, options.time))?;
+    let tick = tick_ns(shortest_budget, options.time);
+    // A block that loops in `configure` is stopped, too.
+    let _ticker = Ticker::start(engine, Duration::from_nanos(tick));
+    let (recipes, instances) = instantiate(&model, options.time, tick)?;
     let settings: Vec<_> = recipes.iter().map(|r| r.settings.clone()).collect();
     let mut layout = Layout::new(&model, &settings)?;
     let traced = traced_tags(&model, &layout, options.trace)?;
@@ -254,11 +260,24 @@ pub fn assemble(model: Model, engine: &Engine, options: &Options<'_>) -> Result<
     }
     let supervisor = Supervisor { recipes, lanes: links };
     let layout = Arc::new(layout);
-    Ok(Plant { model, layout, lanes, drivers, sim, supervisor, router, trace, regions, forces, shortest_budget })
+    Ok(Plant {
+        model,
+        layout,
+        lanes,
+        drivers,
+        sim,
+        supervisor,
+        router,
+        trace,
+        regions,
+        forces,
+        engine: engine.clone(),
+        tick,
+    })
 }
 
 /// Period of the epoch ticker for a shortest budget, ns.
-pub fn tick_ns(shortest_budget: u64, time: Time) -> u64 {
+fn tick_ns(shortest_budget: u64, time: Time) -> u64 {
     match time {
         Time::Real => (shortest_budget / 2).clamp(500_000, 10_000_000),
         Time::Virtual => 10_000_000,
@@ -267,11 +286,9 @@ pub fn tick_ns(shortest_budget: u64, time: Time) -> u64 {
 
 fn instantiate(
     model: &Model,
-    engine: &Engine,
     time: Time,
     tick: u64,
 ) -> Result<(Vec<Recipe>, Vec<latchwork_block::Instance>), AssembleError> {
-    let _ = engine;
     let mut templates: HashMap<(String, String), Template> = HashMap::new();
     let (mut recipes, mut instances) = (Vec::new(), Vec::new());
     for b in &model.blocks {

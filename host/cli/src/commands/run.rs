@@ -50,7 +50,7 @@ pub(super) fn execute(engine: &Engine, args: &Run) -> Result<Exit> {
         Time::Virtual => run_virtual(plant, &options, &stop, &mut watcher),
         Time::Real => {
             plant.router.set_epoch(epoch());
-            run_real(plant, engine, &options, Arc::new(MachineClock::start()), &stop, &mut watcher)
+            run_real(plant, &options, Arc::new(MachineClock::start()), &stop, &mut watcher)
         }
     };
     let written = watcher.finish();

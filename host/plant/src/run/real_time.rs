@@ -1,10 +1,10 @@
 //! Real time: a thread per lane with absolute deadlines, one for I/O, and the caller's for everything else.
 
 use super::{Clock, Control, Observer, Outcome, RunOptions};
-use crate::assemble::{DriverParts, Plant, Time, tick_ns};
+use crate::assemble::{DriverParts, Plant};
 use crate::lane::{Lane, LaneState};
 use crate::model;
-use latchwork_block::{Engine, Ticker};
+use latchwork_block::Ticker;
 use latchwork_image::Quality;
 use latchwork_io::IoThread;
 use latchwork_io::driver::{DriverContext, IoEvent};
@@ -33,14 +33,12 @@ const DRIVERS_STOP: Duration = Duration::from_secs(3);
 /// Runs a plant by a clock until its time is over, `stop` turns true, or no lane runs any more.
 pub fn run_real(
     mut plant: Plant,
-    engine: &Engine,
     options: &RunOptions,
     clock: Arc<dyn Clock>,
     stop: &AtomicBool,
     observer: &mut dyn Observer,
 ) -> Outcome {
-    let tick = tick_ns(plant.shortest_budget, Time::Real);
-    let _ticker = Ticker::start(engine, Duration::from_nanos(tick));
+    let _ticker = Ticker::start(&plant.engine, Duration::from_nanos(plant.tick));
     let io = start_drivers(std::mem::take(&mut plant.drivers), &clock);
     wait_for_readings(&plant, &*clock, stop);
     let stop_lanes = Arc::new(AtomicBool::new(false));

@@ -3,10 +3,14 @@
 use super::{Control, Observer, Outcome, RunOptions};
 use crate::assemble::Plant;
 use crate::lane::LaneState;
+use latchwork_block::Ticker;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Duration;
 
 /// Runs a plant as fast as it goes. Lanes due at the same time run by priority, then in the order of the file.
 pub fn run_virtual(mut plant: Plant, options: &RunOptions, stop: &AtomicBool, observer: &mut dyn Observer) -> Outcome {
+    // Plant time stands still in a scan, but a block that never ends must be stopped by some clock.
+    let _ticker = Ticker::start(&plant.engine, Duration::from_nanos(plant.tick));
     let mut due: Vec<u64> = vec![0; plant.lanes.len()];
     let mut stimulus = options.stimulus.iter().peekable();
     let mut now = 0;
