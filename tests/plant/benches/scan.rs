@@ -29,7 +29,9 @@ fn chain(n: usize) -> String {
 fn points(n: usize, read: usize) -> String {
     let mut text =
         String::from("[lane.main]\nevery = \"10ms\"\n[driver.field]\nkind = \"sim\"\n[driver.field.points]\n");
-    (0..n).for_each(|i| drop(writeln!(text, "p{i} = {{ type = \"bool\" }}")));
+    for i in 0..n {
+        let _ = writeln!(text, "p{i} = {{ type = \"bool\" }}");
+    }
     for i in 0..read {
         let _ = write!(text, "[block.b{i}]\ncomponent = \"r-trig\"\nlane = \"main\"\ninputs.clk = \"field.p{i}\"\n");
     }

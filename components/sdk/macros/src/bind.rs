@@ -259,7 +259,6 @@ fn exports(item: &ItemImpl, class: &Class, module: &Ident, path: &[Ident], docs:
         self::#module::bindings::export!(Exports with_types_in self::#module::bindings);
         #[cfg(target_arch = "wasm32")]
         #[unsafe(link_section = "latchwork-docs")]
-        #[used]
         static #docs: [u8; #length] = *#bytes;
     }
 }
