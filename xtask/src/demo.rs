@@ -5,8 +5,10 @@ use crate::guests;
 use anyhow::{Context, Result, bail};
 use clap::Args;
 use std::io::{BufRead, BufReader};
+use std::os::unix::process::CommandExt;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
+use std::sync::Arc;
 
 /// Arguments of `cargo xtask demo`.
 #[derive(Args, Debug)]
@@ -43,6 +45,10 @@ pub(crate) fn execute(args: &Demo) -> Result<()> {
     let plant = plant(&target, &address)?;
     let mut latchwork = Command::new(target.join("release/latchwork"));
     latchwork.arg("run").arg(&plant).args(["--for", &args.duration]).args(&args.run);
+    // Ctrl-C is for the plant, which stops in order; this program waits for it.
+    for signal in [signal_hook::consts::SIGINT, signal_hook::consts::SIGTERM] {
+        signal_hook::flag::register(signal, Arc::default()).context("the handler of Ctrl-C could not be set")?;
+    }
     let status = latchwork.status().context("latchwork could not be started")?;
     drop(device);
     if !status.success() {
@@ -54,8 +60,9 @@ pub(crate) fn execute(args: &Demo) -> Result<()> {
 fn start_device(target: &Path, port: u16) -> Result<(Device, String)> {
     let mut command = Command::new(target.join("release/field-device"));
     // Its own bound on its life, should this program be killed.
-    command.args(["--listen", &format!("127.0.0.1:{port}"), "--for", "1h", "--with-parent"]);
-    let child = command.stdin(Stdio::piped()).stdout(Stdio::piped()).spawn();
+    command.args(["--listen", &format!("127.0.0.1:{port}"), "--for", "1h"]);
+    // A group of its own: Ctrl-C stops the plant, which then still finds the device and leaves it safe.
+    let child = command.process_group(0).stdin(Stdio::null()).stdout(Stdio::piped()).spawn();
     let mut device = Device(child.context("the field device could not be started")?);
     let mut line = String::new();
     if let Some(out) = device.0.stdout.take() {
