@@ -2,6 +2,7 @@
 
 use latchwork_plant::check::{CheckOptions, check_file, check_text};
 use latchwork_tests_plant::{component_folders, engine};
+use proptest::prelude::*;
 use std::path::Path;
 
 /// A plant that is right, to be spoilt.
@@ -56,8 +57,7 @@ inputs.pump = "field.lamp"
 /// What is said about a text, with `--sim` if asked for; the folders' names are left out.
 fn said(text: &str, sim: bool) -> String {
     let folders = component_folders();
-    let list: Vec<_> = folders.iter().map(|f| format!("{:?}", f.display().to_string())).collect();
-    let text = text.replace("[\"components\"]", &format!("[{}]", list.join(", ")));
+    let text = with_folders(text);
     let checked = check_text(Path::new("plant.toml"), text, &engine(), CheckOptions { sim });
     let mut said = checked.render(false);
     for folder in &folders {
@@ -66,6 +66,12 @@ fn said(text: &str, sim: bool) -> String {
     }
     // The line of [plant] with the folders is as long as their paths.
     said.lines().map(str::trim_end).collect::<Vec<_>>().join("\n")
+}
+
+/// The folders of the build in place of the plant's own.
+fn with_folders(text: &str) -> String {
+    let list: Vec<_> = component_folders().iter().map(|f| format!("{:?}", f.display().to_string())).collect();
+    text.replace("[\"components\"]", &format!("[{}]", list.join(", ")))
 }
 
 #[test]
@@ -250,4 +256,47 @@ fn findings_for_scripts_have_lines_and_columns() {
     assert_eq!(first["line"], 6, "{first}");
     assert_eq!(first["column"], 9);
     assert_eq!(first["severity"], "error");
+}
+
+/// One change of a text: at a place, so many characters replaced by others.
+fn damage() -> impl Strategy<Value = Vec<(f64, usize, String)>> {
+    let piece = prop_oneof![
+        "[a-z.=\"\\[\\]{}, 0-9\n-]{0,8}",
+        Just("[lane.main]\n".to_owned()),
+        Just("inputs.in = ".to_owned()),
+        Just("\"zone-b.delay.inputs.in\"".to_owned()),
+        Just("= 99999999999999999999".to_owned()),
+        Just("é\u{0}\u{1F980}".to_owned()),
+    ];
+    prop::collection::vec((0.0..1.0, 0usize..12, piece), 1..4)
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 400, failure_persistence: None, ..ProptestConfig::default() })]
+
+    /// Whatever stands in the file: no panic, no hang, and every finding points into it.
+    #[test]
+    fn a_damaged_plant_file_is_never_more_than_wrong(damages in damage(), sim: bool) {
+        let mut text: Vec<char> = with_folders(GOOD).chars().collect();
+        for (place, length, piece) in damages {
+            let at = (place * text.len() as f64) as usize;
+            let end = (at + length).min(text.len());
+            text.splice(at..end, piece.chars());
+        }
+        let text: String = text.into_iter().collect();
+        let length = text.len();
+        let checked = check_text(Path::new("plant.toml"), text, engine_once(), CheckOptions { sim });
+        for finding in &checked.findings {
+            if let Some(span) = &finding.span {
+                prop_assert!(span.start <= span.end && span.end <= length, "{finding:?}");
+            }
+        }
+        prop_assert!(!checked.render(false).contains("panicked"));
+        checked.json();
+    }
+}
+
+fn engine_once() -> &'static latchwork_block::Engine {
+    static ENGINE: std::sync::OnceLock<latchwork_block::Engine> = std::sync::OnceLock::new();
+    ENGINE.get_or_init(engine)
 }
