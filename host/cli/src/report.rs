@@ -1,6 +1,12 @@
 //! Errors and colours.
 
-use std::io::IsTerminal;
+use std::io::{IsTerminal, Write};
+
+/// Prints to standard output. Whoever reads it may have gone (`latchwork tags PLANT | head`), which is no error.
+pub(crate) fn say(text: &str) {
+    let mut out = std::io::stdout().lock();
+    let _ = out.write_all(text.as_bytes()).and_then(|()| out.flush());
+}
 
 /// Prints an error with its causes.
 pub(crate) fn error(error: &anyhow::Error) {

@@ -148,6 +148,7 @@ fn exit_codes_and_messages_of_wrong_command_lines() {
         (vec!["run", "stairs.toml", "--for", "1s", "--scans", "3"], 2),
         (vec!["run", "real.toml", "--speed", "max", "--for", "1s"], 2),
         (vec!["run", "stairs.toml", "--speed", "max"], 2),
+        (vec!["run", "stairs.toml", "--speed", "max", "--for", "1s", "--trace", "x", "--records", "x"], 2),
         (vec!["run", "missing.toml"], 1),
         (vec!["check", "missing.toml"], 1),
         (vec!["run", "stairs.toml", "--speed", "max", "--for", "1s", "--stimulus", "missing.csv"], 1),
@@ -165,6 +166,26 @@ fn exit_codes_and_messages_of_wrong_command_lines() {
         seen += &format!("$ latchwork {}\n{}\n[exit code {code}]\n\n", args.join(" "), text.trim_end());
     }
     insta::assert_snapshot!("wrong_command_lines", seen);
+}
+
+#[test]
+fn a_reader_that_goes_away_ends_nothing() {
+    let folder = stairs();
+    for (args, code) in [
+        (vec!["run", "stairs.toml", "--speed", "max", "--for", "1m"], 0),
+        (vec!["tags", "stairs.toml"], 0),
+        (vec!["schema"], 0),
+    ] {
+        let mut child = latchwork(folder.path())
+            .args(&args)
+            .stdout(std::process::Stdio::piped())
+            .stderr(std::process::Stdio::piped())
+            .spawn()
+            .expect("it starts");
+        drop(child.stdout.take());
+        let output = child.wait_with_output().expect("it ends");
+        assert_eq!(output.status.code(), Some(code), "{args:?}: {}", stderr(&output));
+    }
 }
 
 #[test]

@@ -17,7 +17,7 @@ pub(super) fn execute(engine: &Engine, args: &Check) -> Result<Exit> {
     }
     let Some(model) = checked.model else {
         if args.json {
-            println!("{}", serde_json::to_string_pretty(&json!({ "ok": false, "findings": findings }))?);
+            report::say(&format!("{}\n", serde_json::to_string_pretty(&json!({ "ok": false, "findings": findings }))?));
         }
         return Ok(Exit::Wanting);
     };
@@ -32,13 +32,13 @@ pub(super) fn execute(engine: &Engine, args: &Check) -> Result<Exit> {
             );
         }
         let report = json!({ "ok": assembled.is_ok(), "findings": findings });
-        println!("{}", serde_json::to_string_pretty(&report)?);
+        report::say(&format!("{}\n", serde_json::to_string_pretty(&report)?));
         return Ok(if assembled.is_ok() { Exit::Fine } else { Exit::Wanting });
     }
     let plant = assembled?;
     let (blocks, lanes, drivers) = counts;
     let parts = [(blocks, "block"), (lanes, "lane"), (drivers, "driver"), (plant.layout.tags.len(), "tag")]
         .map(|(n, what)| format!("{n} {what}{}", if n == 1 { "" } else { "s" }));
-    println!("{name}: fine ({})", parts.join(", "));
+    report::say(&format!("{name}: fine ({})\n", parts.join(", ")));
     Ok(Exit::Fine)
 }

@@ -2,6 +2,7 @@
 
 use crate::Exit;
 use crate::args::Inspect;
+use crate::report;
 use anyhow::{Context, Result};
 use comfy_table::{Table, presets};
 use latchwork_block::{CallPath, Class, Component, Engine, Port, Template};
@@ -14,7 +15,7 @@ pub(super) fn execute(engine: &Engine, args: &Inspect) -> Result<Exit> {
         classes.push((class, component.template(class)?));
     }
     if args.json {
-        println!("{}", serde_json::to_string_pretty(&as_json(&component, &classes))?);
+        report::say(&format!("{}\n", serde_json::to_string_pretty(&as_json(&component, &classes))?));
     } else {
         print(&component, &classes);
     }
@@ -84,17 +85,17 @@ fn as_json(component: &Component, classes: &[(&Class, Template)]) -> Value {
 }
 
 fn print(component: &Component, classes: &[(&Class, Template)]) {
-    println!("{}  {} bytes  sha256 {}", component.name(), component.size(), component.hash());
+    report::say(&format!("{}  {} bytes  sha256 {}\n", component.name(), component.size(), component.hash()));
     let imports = component.imports();
-    println!("imports: {}", if imports.is_empty() { "none".into() } else { imports.join(", ") });
+    report::say(&format!("imports: {}\n", if imports.is_empty() { "none".into() } else { imports.join(", ") }));
     for (class, template) in classes {
-        println!("\nclass {}", class.name);
+        report::say(&format!("\nclass {}\n", class.name));
         if let Some(doc) = &class.doc {
-            println!("{doc}");
+            report::say(&format!("{doc}\n"));
         }
         match template.why_not_plain() {
-            Some(why) => println!("call path: {} ({why})", path_name(template)),
-            None => println!("call path: {}", path_name(template)),
+            Some(why) => report::say(&format!("call path: {} ({why})\n", path_name(template))),
+            None => report::say(&format!("call path: {}\n", path_name(template))),
         }
         for (group, ports) in groups(class) {
             if ports.is_empty() {
@@ -106,7 +107,7 @@ fn print(component: &Component, classes: &[(&Class, Template)]) {
                 let ty = if line.signal { format!("{} + quality", line.ty) } else { line.ty };
                 table.add_row([format!("  {}", line.name), ty, line.doc.unwrap_or_default()]);
             }
-            println!("\n {group}\n{table}");
+            report::say(&format!("\n {group}\n{table}\n"));
         }
     }
 }

@@ -3,6 +3,7 @@
 use super::load;
 use crate::Exit;
 use crate::args::{Run, Speed};
+use crate::report;
 use crate::run::{Files, Lines, Screen, Show, Table, Watcher, summary};
 use anyhow::{Context, Result, bail};
 use latchwork_block::Engine;
@@ -34,6 +35,12 @@ pub(super) fn execute(engine: &Engine, args: &Run) -> Result<Exit> {
         eprintln!("error: --speed max would never end\n  help: say how long with --for 10s or --scans 1000");
         return Ok(Exit::Usage);
     }
+    if let (Some(trace), Some(records)) = (&args.trace, &args.records)
+        && trace == records
+    {
+        eprintln!("error: --trace and --records name the same file {}\n  help: give each its own", trace.display());
+        return Ok(Exit::Usage);
+    }
     // A handler from the beginning on: a Ctrl-C while components are compiled stops as soon as the plant runs.
     let stop = Arc::new(AtomicBool::new(false));
     for signal in [signal_hook::consts::SIGINT, signal_hook::consts::SIGTERM] {
@@ -55,9 +62,9 @@ pub(super) fn execute(engine: &Engine, args: &Run) -> Result<Exit> {
     };
     let written = watcher.finish();
     if args.json {
-        println!("{}", serde_json::to_string_pretty(&summary::json(&name, &outcome, &written))?);
+        report::say(&format!("{}\n", serde_json::to_string_pretty(&summary::json(&name, &outcome, &written))?));
     } else {
-        print!("{}", summary::text(&name, &outcome, &written));
+        report::say(&summary::text(&name, &outcome, &written));
     }
     if let Some(error) = written.error {
         bail!("{error}");

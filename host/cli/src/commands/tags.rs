@@ -3,6 +3,7 @@
 use super::load;
 use crate::Exit;
 use crate::args::Tags;
+use crate::report;
 use anyhow::Result;
 use comfy_table::{Table, presets};
 use latchwork_block::Engine;
@@ -26,7 +27,7 @@ pub(super) fn execute(engine: &Engine, args: &Tags) -> Result<Exit> {
     let plant = assemble(model, engine, &Options { time: Time::Virtual, trace: None })?;
     let rows = rows(&plant);
     if args.json {
-        println!("{}", serde_json::to_string_pretty(&rows)?);
+        report::say(&format!("{}\n", serde_json::to_string_pretty(&rows)?));
         return Ok(Exit::Fine);
     }
     let mut table = Table::new();
@@ -34,7 +35,7 @@ pub(super) fn execute(engine: &Engine, args: &Tags) -> Result<Exit> {
     for row in rows {
         table.add_row([row.tag, row.ty, row.source]);
     }
-    println!("{table}");
+    report::say(&format!("{table}\n"));
     Ok(Exit::Fine)
 }
 
