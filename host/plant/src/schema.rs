@@ -27,14 +27,23 @@ pub fn json_schema() -> Value {
         block["properties"][group]["type"] = json!("object");
         block["properties"][group]["additionalProperties"] = what.clone();
     }
-    // Names with dots make nested tables, which a schema cannot tell from blocks.
-    let blocks = json!({ "type": "object", "additionalProperties": { "anyOf": [block, { "type": "object" }] } });
+    // Names with dots make nested tables: what has a component is a block, and both may hold further blocks.
+    let named = json!({ "$ref": "#/definitions/block" });
+    block["additionalProperties"] = named.clone();
+    let beginning = json!({
+        "type": "object",
+        "description": "The beginning of names with dots.",
+        "not": { "required": ["component"] },
+        "additionalProperties": named,
+    });
+    let blocks = json!({ "type": "object", "additionalProperties": named });
     json!({
         "$schema": "http://json-schema.org/draft-07/schema#",
         "title": "Latchwork plant file",
         "type": "object",
         "required": ["plant"],
         "additionalProperties": false,
+        "definitions": { "block": { "anyOf": [block, beginning] } },
         "properties": {
             "plant": of(&[&sections::PLANT]),
             "lane": { "type": "object", "additionalProperties": of(&[&sections::LANE]) },

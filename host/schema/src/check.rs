@@ -1,8 +1,10 @@
 //! Checks TOML tables against sections and gathers every finding.
 
-use crate::{Constant, Finding, Key, Kind, Section, Span, Value, Values};
+pub use crate::parse::parse;
+pub use crate::words::{constant, found};
+use crate::words::{example, expected, format_size, integer, number, parse_size};
+use crate::{Finding, Key, Kind, Section, Span, Value, Values};
 use latchwork_image::{format_duration, nearest, parse_duration};
-use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
 /// Reads tables and keeps what it finds wrong.
@@ -170,7 +172,12 @@ impl Checker {
                     .filter_map(|i| self.value(of, name, i.get_ref(), &i.span()).map(|v| (v, i.span())))
                     .collect(),
             )),
-            (Kind::Table(section), DeValue::Table(t)) => Some(Value::Table(self.table(&[section], t, span.clone()))),
+            (Kind::Table(section), DeValue::Table(t)) => {
+                let outer = std::mem::replace(&mut self.whose, format!("`{name}`"));
+                let values = self.table(&[section], t, span.clone());
+                self.whose = outer;
+                Some(Value::Table(values))
+            }
             (Kind::Map(of), DeValue::Table(t)) => {
                 let list = entries(t).into_iter().filter_map(|e| {
                     let value = self.value(of, e.name, e.value, &e.span)?;
@@ -218,126 +225,4 @@ fn fits(kind: &Kind, value: &DeValue<'_>) -> bool {
         Kind::Either(one, other) => fits(one, value) || fits(other, value),
         Kind::Any => true,
     }
-}
-
-fn integer(value: &DeValue<'_>) -> Option<i64> {
-    let i = value.as_integer()?;
-    i64::from_str_radix(i.as_str(), i.radix()).ok()
-}
-
-fn number(value: &DeValue<'_>) -> String {
-    match value {
-        DeValue::Integer(i) => i.as_str().to_owned(),
-        DeValue::Float(f) => f.as_str().to_owned(),
-        _ => String::new(),
-    }
-}
-
-/// A constant, if the value is one.
-pub fn constant(value: &DeValue<'_>) -> Option<Constant> {
-    match value {
-        DeValue::Boolean(b) => Some(Constant::Bool(*b)),
-        DeValue::Integer(_) => integer(value).map(Constant::Integer),
-        DeValue::Float(f) => f.as_str().parse().ok().map(Constant::Real),
-        DeValue::String(s) => Some(Constant::Text(s.to_string())),
-        _ => None,
-    }
-}
-
-/// A value in the words of a message.
-pub fn found(value: &DeValue<'_>) -> String {
-    match value {
-        DeValue::String(s) => format!("the string \"{s}\""),
-        DeValue::Integer(_) => format!("the whole number {}", number(value)),
-        DeValue::Float(_) => format!("the number {}", number(value)),
-        DeValue::Boolean(b) => b.to_string(),
-        DeValue::Datetime(_) => "a date".into(),
-        DeValue::Array(_) => "a list".into(),
-        DeValue::Table(_) => "a table".into(),
-    }
-}
-
-/// What a kind holds, in the words of a message.
-pub fn expected(kind: &Kind) -> String {
-    match kind {
-        Kind::Text => "a string".into(),
-        Kind::Bool => "true or false".into(),
-        Kind::Integer { min, max } => format!("a whole number {min} to {max}"),
-        Kind::Duration { .. } => "a duration with its unit (h, m, s, ms, us, ns)".into(),
-        Kind::Size { .. } => "a size with its unit (B, KiB, MiB, GiB)".into(),
-        Kind::OneOf(words) => {
-            format!("one of {}", words.iter().map(|w| format!("\"{w}\"")).collect::<Vec<_>>().join(", "))
-        }
-        Kind::Tag => "the name of a tag".into(),
-        Kind::Constant => "a constant".into(),
-        Kind::List(of) => format!("a list, each item {}", expected(of)),
-        Kind::Table(section) => format!("a table ({})", section.name),
-        Kind::Map(of) => format!("a table of names, each {}", expected(of)),
-        Kind::Either(one, other) => format!("{}, or {}", expected(one), expected(other)),
-        Kind::Any => "any value".into(),
-    }
-}
-
-/// What a user could write.
-pub fn example(kind: &Kind) -> String {
-    match kind {
-        Kind::Text => "\"text\"".into(),
-        Kind::Bool => "true".into(),
-        Kind::Integer { min, .. } => min.to_string(),
-        Kind::Duration { min, .. } => format!("\"{}\"", format_duration((*min).max(10_000_000))),
-        Kind::Size { min, .. } => format!("\"{}\"", format_size((*min).max(1 << 20))),
-        Kind::OneOf(words) => format!("\"{}\"", words.first().unwrap_or(&"")),
-        Kind::Tag => "\"driver.point\"".into(),
-        Kind::Constant => "0".into(),
-        Kind::List(of) => format!("[{}]", example(of)),
-        Kind::Table(section) => {
-            let keys = section.keys.iter().filter(|k| k.required);
-            format!(
-                "{{ {} }}",
-                keys.map(|k| format!("{} = {}", k.name, example(&k.kind))).collect::<Vec<_>>().join(", ")
-            )
-        }
-        Kind::Map(of) => format!("{{ name = {} }}", example(of)),
-        Kind::Either(one, _) => example(one),
-        Kind::Any => "…".into(),
-    }
-}
-
-/// `"4MiB"` in bytes.
-fn parse_size(text: &str) -> Option<u64> {
-    let text = text.trim();
-    let digits = text.find(|c: char| !c.is_ascii_digit()).unwrap_or(text.len());
-    let (number, unit) = text.split_at(digits);
-    let factor: u64 = match unit.trim() {
-        "B" => 1,
-        "KiB" => 1 << 10,
-        "MiB" => 1 << 20,
-        "GiB" => 1 << 30,
-        _ => return None,
-    };
-    number.parse::<u64>().ok()?.checked_mul(factor)
-}
-
-/// Bytes with the largest unit that leaves a whole number.
-pub fn format_size(bytes: u64) -> String {
-    for (shift, unit) in [(30, "GiB"), (20, "MiB"), (10, "KiB")] {
-        if bytes >= 1 << shift && bytes.is_multiple_of(1 << shift) {
-            return format!("{}{unit}", bytes >> shift);
-        }
-    }
-    format!("{bytes}B")
-}
-
-/// Parses a file; every syntax error is a finding.
-pub fn parse(text: &str) -> (Spanned<DeTable<'_>>, Vec<Finding>) {
-    let (table, errors) = DeTable::parse_recoverable(text);
-    let findings = errors.iter().map(|e| {
-        let span = e.span().unwrap_or(0..text.len().min(1));
-        let message = match e.message() {
-            "duplicate key" => "this name stands here for the second time".to_owned(),
-            other => format!("this is no TOML: {other}"),
-        };
-        Finding::error(&span, message)
-    });
-    (table, findings.collect())
 }

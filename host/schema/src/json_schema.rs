@@ -33,7 +33,10 @@ fn kind(kind_of: &Kind) -> Value {
         Kind::Text | Kind::Tag => json!({ "type": "string" }),
         Kind::Bool => json!({ "type": "boolean" }),
         Kind::Integer { min, max } => json!({ "type": "integer", "minimum": min, "maximum": max }),
-        Kind::Duration { .. } => json!({ "type": "string", "pattern": "[0-9]" }),
+        Kind::Duration { .. } => {
+            // Only the unit is asked for: what else a duration may look like, the check knows.
+            json!({ "type": "string", "pattern": "^ *0 *$|[0-9] *[a-zµ]" })
+        }
         Kind::Size { .. } => json!({ "type": "string", "pattern": "^[0-9]+ ?(B|KiB|MiB|GiB)$" }),
         Kind::OneOf(words) => json!({ "type": "string", "enum": words }),
         Kind::Constant => json!({ "type": ["boolean", "number", "string"] }),

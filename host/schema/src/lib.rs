@@ -9,8 +9,10 @@ pub mod check;
 mod finding;
 mod json_schema;
 mod key;
+mod parse;
 mod reference;
 mod values;
+mod words;
 
 pub use check::{Checker, Entry};
 pub use finding::{Finding, Severity};

@@ -1,6 +1,6 @@
 //! Sections as the reference page shows them.
 
-use crate::check::{expected, format_size};
+use crate::words::{expected, format_size};
 use crate::{Key, Kind, Section};
 use latchwork_image::format_duration;
 use std::fmt::Write;

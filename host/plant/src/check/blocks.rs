@@ -1,10 +1,11 @@
 //! Blocks: inputs, settings, safe values and limits.
 
+use super::Draft;
 use super::lanes::LaneDraft;
 use super::tags::Tags;
+use super::values::{cell, has_words, near_word};
 use super::wires::{End, wire};
-use super::{Draft, cell};
-use crate::file::{Assignment, Source};
+use crate::file::{Assignment, PlantFile, Source};
 use crate::model::{Block, Input, OnFault};
 use latchwork_block::Port;
 use latchwork_image::{format_duration, nearest};
@@ -18,21 +19,29 @@ pub(super) fn blocks(
     drafts: &[Draft<'_>],
     lanes: &[LaneDraft],
     tags: &Tags,
+    file: &PlantFile,
 ) -> Vec<Option<Block>> {
-    drafts.iter().map(|draft| block(checker, draft, lanes, tags)).collect()
+    drafts.iter().map(|draft| block(checker, draft, lanes, tags, file)).collect()
 }
 
-fn block(checker: &mut Checker, draft: &Draft<'_>, lanes: &[LaneDraft], tags: &Tags) -> Option<Block> {
+fn block(
+    checker: &mut Checker,
+    draft: &Draft<'_>,
+    lanes: &[LaneDraft],
+    tags: &Tags,
+    file: &PlantFile,
+) -> Option<Block> {
     let entry = draft.entry;
     let values = &entry.values;
     let lane = values.text("lane").and_then(|name| {
         let found = lanes.iter().position(|l| l.lane.name == name);
-        if found.is_none() {
+        // One that was refused, or that there is no lane at all, is an error of its own.
+        let told = lanes.is_empty() || file.refused_lanes.iter().any(|l| l == name);
+        if found.is_none() && !told {
             let finding = Finding::error(&values.span_of("lane"), format!("there is no lane `{name}`"));
             let names = || lanes.iter().map(|l| l.lane.name.as_str());
             checker.add(match nearest(name, names()) {
                 Some(near) => finding.help(format!("did you mean `{near}`?")),
-                None if lanes.is_empty() => finding.help(format!("add [lane.{name}] with `every = \"10ms\"`")),
                 None => finding.help(format!("there are {}", names().collect::<Vec<_>>().join(", "))),
             });
         }
@@ -84,8 +93,21 @@ fn port(checker: &mut Checker, block: &str, group: &str, of: &Assignment, ports:
             "settings" => "setting",
             _ => "output",
         };
-        let finding = Finding::error(&of.key, format!("block `{block}` has no {what} `{}`", of.path));
         let names = || ports.iter().map(|p| p.path.as_str());
+        let below = |path: &str| names().filter(|n| n.starts_with(&format!("{path}."))).collect::<Vec<_>>();
+        let fields = below(&of.path);
+        if !fields.is_empty() {
+            let message = format!("{what} `{}` of block `{block}` is a record; its fields have the values", of.path);
+            checker.add(Finding::error(&of.key, message).help(format!("they are {}", fields.join(", "))));
+            return None;
+        }
+        let wired = of.path.strip_suffix(".tag").or_else(|| of.path.strip_suffix(".not"));
+        if let Some(path) = wired.filter(|path| group != "inputs" && names().any(|n| n == *path)) {
+            let message = format!("{what} `{path}` of block `{block}` takes a constant; only inputs read tags");
+            checker.add(Finding::error(&of.key, message).help(format!("write `{group}.{path} = …` with the value")));
+            return None;
+        }
+        let finding = Finding::error(&of.key, format!("block `{block}` has no {what} `{}`", of.path));
         checker.add(match nearest(&of.path, names()) {
             Some(near) => finding.help(format!("did you mean `{near}`?")),
             None if ports.is_empty() => finding.help(format!("its class has no {group}")),
@@ -108,12 +130,17 @@ fn inputs(checker: &mut Checker, block: &str, given: &[Assignment], ports: &[Por
             Source::Constant(Constant::Text(text)) => {
                 let as_constant = if tags.get(text).is_none() { ty.parse(text).ok() } else { None };
                 match as_constant {
-                    // "1.5" is no way to write a number.
                     Some(cell) if has_words(ty) => Some(Input::Constant(cell)),
-                    _ if has_words(ty) && !text.contains('.') => {
-                        let refused = ty.refuse(format!("\"{text}\""));
-                        let message = format!("`{name}` is {}; it takes {}", refused.found, refused.expected);
-                        checker.add(Finding::error(&a.span, message).help("or the name of a tag"));
+                    Some(_) => {
+                        let message = format!("`{name}` is the string \"{text}\"; it takes {}", ty.refuse("").expected);
+                        checker.add(Finding::error(&a.span, message).help(format!("write {text} without quotes")));
+                        None
+                    }
+                    None if has_words(ty) && !text.contains('.') => {
+                        let message = format!("`{name}` is \"{text}\"; it takes {}", ty.refuse("").expected);
+                        let near = near_word(ty, text).map(|n| format!("did you mean \"{n}\"?"));
+                        let help = near.unwrap_or_else(|| "or the name of a tag".into());
+                        checker.add(Finding::error(&a.span, message).help(help));
                         None
                     }
                     _ => wire(checker, tags, text, false, &end, &a.span).map(Input::Wire),
@@ -126,12 +153,6 @@ fn inputs(checker: &mut Checker, block: &str, given: &[Assignment], ports: &[Por
         }
     }
     inputs
-}
-
-/// Types whose values are written as strings.
-fn has_words(ty: &latchwork_image::Type) -> bool {
-    use latchwork_image::Type;
-    matches!(ty, Type::Duration | Type::Enum(_) | Type::Flags(_))
 }
 
 /// Constants for ports: settings, or safe values of outputs.

@@ -13,6 +13,8 @@ pub(super) struct Loader<'a> {
     engine: &'a Engine,
     folder: &'a Path,
     folders: Vec<(PathBuf, Span)>,
+    /// The list of folders itself is wrong or its table missing: nothing can be said about what is not found.
+    unread: bool,
     /// By name; `None` for one that has been told to be broken or missing.
     known: HashMap<String, Option<Component>>,
 }
@@ -29,7 +31,10 @@ impl<'a> Loader<'a> {
                 .collect(),
             _ => Vec::new(),
         };
-        Self { engine, folder, folders, known: HashMap::new() }
+        let given =
+            file.plant.get("components").is_some_and(|v| matches!(v, Value::List(l) if l.len() == folders.len()));
+        let unread = file.unread.contains(&"plant") || (file.components_given && !given);
+        Self { engine, folder, folders, unread, known: HashMap::new() }
     }
 
     /// A note for every folder that is not there: a component may still be found in another.
@@ -76,6 +81,7 @@ impl<'a> Loader<'a> {
             let found = self.folders.iter().map(|(f, _)| f.join(&file)).find(|p| p.is_file());
             match found {
                 Some(path) => path,
+                None if self.unread => return None,
                 None => {
                     checker.add(self.missing(name, span));
                     return None;

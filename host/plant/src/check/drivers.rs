@@ -1,6 +1,6 @@
 //! Drivers and their points.
 
-use super::cell;
+use super::values::cell;
 use crate::file::{DriverEntry, PlantFile, PointEntry};
 use crate::model;
 use latchwork_io::driver::{DriverConfig, DriverKind, PointConfig, PointShape, Problem};
@@ -13,6 +13,8 @@ pub(super) struct DriverDraft<'a> {
     pub(super) driver: Option<model::Driver>,
     /// Points that are there but broken: a wire to one is no further error.
     pub(super) broken: Vec<&'a str>,
+    /// Name of the driver, if it may have points that could not be read: a wire to one is no further error either.
+    pub(super) unread: Option<&'a str>,
 }
 
 pub(super) fn drivers<'a>(checker: &mut Checker, file: &'a PlantFile) -> Vec<DriverDraft<'a>> {
@@ -20,9 +22,10 @@ pub(super) fn drivers<'a>(checker: &mut Checker, file: &'a PlantFile) -> Vec<Dri
 }
 
 fn driver<'a>(checker: &mut Checker, entry: &'a DriverEntry) -> DriverDraft<'a> {
+    let unread = (!entry.points_known).then_some(entry.name.as_str());
     let Some(kind) = entry.kind else {
         let broken = entry.points.iter().map(|p| p.name.as_str()).collect();
-        return DriverDraft { entry, driver: None, broken };
+        return DriverDraft { entry, driver: None, broken, unread };
     };
     let (mut points, mut shapes, mut broken) = (Vec::new(), Vec::new(), Vec::new());
     for point in &entry.points {
@@ -53,7 +56,7 @@ fn driver<'a>(checker: &mut Checker, entry: &'a DriverEntry) -> DriverDraft<'a> 
         add(checker, entry, problem);
     }
     let sources = vec![None; config.points.len()];
-    DriverDraft { entry, driver: Some(model::Driver { kind, config, sources }), broken }
+    DriverDraft { entry, driver: Some(model::Driver { kind, config, sources }), broken, unread }
 }
 
 /// A point's configuration and what it can be, or findings.

@@ -35,11 +35,17 @@ pub(super) fn lanes(checker: &mut Checker, file: &PlantFile) -> Vec<LaneDraft> {
     file.lanes.iter().map(lane).collect()
 }
 
+/// False when the plant has no lane at all, not even one that was refused or could not be read.
+pub(super) fn has_any(file: &PlantFile) -> bool {
+    !(file.lanes.is_empty() && file.refused_lanes.is_empty() && !file.unread.contains(&"lane"))
+}
+
 /// Every lane has a block, every block a lane that exists, and there is a lane at all.
 pub(super) fn have_blocks(checker: &mut Checker, file: &PlantFile, drafts: &[Draft<'_>]) {
-    if file.lanes.is_empty() && !checker.findings.iter().any(|f| f.message.contains("interrupt lane")) {
+    if !has_any(file) {
         let finding = Finding::error(&file.plant.span, "the plant has no lane");
-        checker.add(finding.help("add `[lane.main]` with `every = \"10ms\"`"));
+        let wanted = file.blocks.iter().find_map(|b| b.values.text("lane")).unwrap_or("main");
+        checker.add(finding.help(format!("add `[lane.{wanted}]` with `every = \"10ms\"`")));
     }
     for lane in &file.lanes {
         if drafts.iter().any(|d| d.entry.values.text("lane") == Some(&lane.name)) {

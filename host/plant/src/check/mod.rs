@@ -14,13 +14,15 @@ mod drivers;
 mod lanes;
 mod notes;
 mod tags;
+mod values;
 mod wires;
 
 use crate::diagnostic;
 use crate::file;
 use crate::model::Model;
 use latchwork_block::Engine;
-use latchwork_schema::{Checker, Finding, Severity, Span};
+use latchwork_schema::{Checker, Finding, Severity};
+use std::io::Read;
 use std::path::{Path, PathBuf};
 
 /// How to check.
@@ -54,18 +56,33 @@ impl Checked {
 
 /// Checks a plant file.
 pub fn check_file(path: &Path, engine: &Engine, options: CheckOptions) -> Checked {
-    match std::fs::read_to_string(path) {
+    match read(path) {
         Ok(text) => check_text(path, text, engine, options),
-        Err(error) => {
-            let message = if path.is_dir() {
-                "this is a folder; expected a plant file, a TOML text".into()
-            } else {
-                format!("the plant file cannot be read: {error}")
-            };
+        Err(message) => {
             let finding = Finding { severity: Severity::Error, span: None, message, help: None };
             Checked { model: None, findings: vec![finding], path: path.into(), text: String::new() }
         }
     }
+}
+
+/// More than any plant file has; what is longer is something else, perhaps without an end.
+const LONGEST: u64 = 16 << 20;
+
+fn read(path: &Path) -> Result<String, String> {
+    if path.is_dir() {
+        return Err("this is a folder; expected a plant file, a TOML text".into());
+    }
+    let cannot = |error: std::io::Error| format!("the plant file cannot be read: {error}");
+    let mut bytes = Vec::new();
+    let file = std::fs::File::open(path).map_err(cannot)?;
+    file.take(LONGEST + 1).read_to_end(&mut bytes).map_err(cannot)?;
+    if bytes.len() as u64 > LONGEST {
+        return Err("this is longer than 16 MiB; expected a plant file, a TOML text".into());
+    }
+    String::from_utf8(bytes).map_err(|e| {
+        let line = e.as_bytes()[..e.utf8_error().valid_up_to()].iter().filter(|b| **b == b'\n').count() + 1;
+        format!("line {line} holds bytes that are no UTF-8; expected a plant file, a TOML text")
+    })
 }
 
 /// Checks the text of a plant file; `path` is where it stands, for messages and relative folders.
@@ -112,12 +129,14 @@ fn build(
     let drafts: Vec<_> = chosen.into_iter().map(|entry| Draft { entry, class: loader.class(checker, entry) }).collect();
     let mut drivers = drivers::drivers(checker, file);
     let tags = tags::Tags::new(&lanes, &drivers, &drafts, file, options);
-    let blocks = blocks::blocks(checker, &drafts, &lanes, &tags);
+    let blocks = blocks::blocks(checker, &drafts, &lanes, &tags, file);
     wires::outputs(checker, &mut drivers, &tags);
     if options.sim {
         wires::feeds(checker, file, &mut drivers, &tags);
     }
     lanes::have_blocks(checker, file, &drafts);
+    notes::circles(checker, &blocks, &drafts, &drivers);
+    notes::limits(checker, &drafts);
     let model = Model {
         name: file.plant.text("name").unwrap_or_default().to_owned(),
         lanes: lanes.into_iter().map(|l| l.lane).collect(),
@@ -125,9 +144,8 @@ fn build(
         blocks: blocks.into_iter().flatten().collect(),
         sim: options.sim,
     };
-    // Only a model whose indices are all right can be looked at as a whole.
+    // Only in a model whose indices are all right is the order of blocks that of the file.
     if !checker.findings.iter().any(|f| f.severity == Severity::Error) {
-        notes::circles(checker, &model, file, &drafts);
         notes::order(checker, &model, &drafts);
     }
     model
@@ -145,24 +163,6 @@ fn unique_names(checker: &mut Checker, file: &file::PlantFile) {
                 checker.add(Finding::error(span, message).help("choose another name"));
             }
             None => seen.push((what, name)),
-        }
-    }
-}
-
-/// Reads a constant as a value of a type; a finding when it does not fit.
-fn cell(
-    checker: &mut Checker,
-    ty: &latchwork_image::Type,
-    constant: &latchwork_schema::Constant,
-    what: &str,
-    span: &Span,
-) -> Option<u64> {
-    match latchwork_io::sim::cell(ty, constant) {
-        Ok(cell) => Some(cell),
-        Err(error) => {
-            let message = format!("`{what}` is {}; it takes {}", error.found, error.expected);
-            checker.add(Finding::error(span, message));
-            None
         }
     }
 }

@@ -1,10 +1,10 @@
-//! What can be said only of a model as a whole: circles of wires, and reads of the previous scan.
+//! What no single key is wrong about: circles of wires, reads of the previous scan, keys without effect.
 
 use super::Draft;
-use crate::file::PlantFile;
-use crate::model::{Input, Model, TagRef};
+use super::drivers::DriverDraft;
+use crate::model::{Block, Input, Model, TagRef};
 use latchwork_schema::{Checker, Finding, Span};
-use std::collections::HashSet;
+use std::collections::{HashMap, HashSet};
 
 /// The tag that a tag merely repeats, if it does.
 fn repeats(model: &Model, tag: TagRef) -> Option<TagRef> {
@@ -19,39 +19,83 @@ fn repeats(model: &Model, tag: TagRef) -> Option<TagRef> {
 }
 
 /// Wires that end in themselves: an input that reads an input that reads it, a point that shows itself.
-pub(super) fn circles(checker: &mut Checker, model: &Model, file: &PlantFile, drafts: &[Draft<'_>]) {
-    let inputs = drafts.iter().enumerate().flat_map(|(block, d)| {
-        let ports = &model.blocks[block].class.inputs;
-        d.entry.inputs.iter().filter_map(move |a| {
-            let port = ports.iter().position(|p| p.path == a.path)?;
-            Some((TagRef::Input { block, port }, &a.span))
-        })
-    });
-    let points = model.drivers.iter().enumerate().flat_map(|(driver, d)| {
-        let spans = file.drivers.iter().find(|e| e.name == d.config.name).map(|e| &e.points);
-        d.config.points.iter().enumerate().filter_map(move |(point, config)| {
-            let entry = spans?.iter().find(|p| p.name == config.name)?;
-            Some((TagRef::Point { driver, point }, &entry.key))
-        })
-    });
-    let starts: Vec<(TagRef, &Span)> = inputs.chain(points).collect();
+///
+/// Works with what is sound, so that a circle is told along with everything else.
+pub(super) fn circles(
+    checker: &mut Checker,
+    blocks: &[Option<Block>],
+    drafts: &[Draft<'_>],
+    drivers: &[DriverDraft<'_>],
+) {
+    let mut ends: HashMap<TagRef, End<'_>> = HashMap::new();
+    for (index, (block, draft)) in blocks.iter().zip(drafts).enumerate() {
+        let Some(block) = block else { continue };
+        for a in &draft.entry.inputs {
+            let Some(port) = block.class.inputs.iter().position(|p| p.path == a.path) else { continue };
+            if let Input::Wire(wire) = &block.inputs[port] {
+                let name = format!("{}.inputs.{}", block.name, a.path);
+                ends.insert(TagRef::Input { block: index, port }, End { next: wire.tag, name, span: &a.span });
+            }
+        }
+    }
+    // Indices count the drivers that the model has.
+    let sound = drivers.iter().filter_map(|d| d.driver.as_ref().map(|driver| (d, driver)));
+    for (index, (draft, driver)) in sound.enumerate() {
+        for (point, (config, source)) in driver.config.points.iter().zip(&driver.sources).enumerate() {
+            let entry = draft.entry.points.iter().find(|p| p.name == config.name);
+            let (Some(wire), Some(entry)) = (source, entry) else { continue };
+            let name = format!("{}.{}", driver.config.name, config.name);
+            let end = End { next: wire.tag, name, span: &entry.key };
+            ends.insert(TagRef::Point { driver: index, point }, end);
+        }
+    }
+    let mut starts: Vec<_> = ends.iter().map(|(tag, end)| (end.span.start, *tag)).collect();
+    starts.sort_unstable_by_key(|(at, _)| *at);
     let mut told = HashSet::new();
-    for (start, span) in starts {
+    for (_, start) in starts {
         let mut path = vec![start];
-        while let Some(next) = path.last().and_then(|t| repeats(model, *t)) {
-            if next == start {
-                if path.iter().all(|t| told.insert(*t)) {
-                    let names: Vec<_> =
-                        path.iter().chain([&start]).map(|t| format!("`{}`", model.tag_name(*t))).collect();
-                    let finding = Finding::error(span, format!("a circle of wires: {}", names.join(" reads ")));
-                    checker.add(finding.help("somewhere in it an output of a block must come in between"));
-                }
-                break;
+        while let Some(next) = path.last().and_then(|t| ends.get(t)).map(|e| e.next) {
+            if next == start && path.iter().all(|t| told.insert(*t)) {
+                let names: Vec<_> = path.iter().chain([&start]).map(|t| format!("`{}`", ends[t].name)).collect();
+                let message = format!("a circle of wires: {}", names.join(" reads "));
+                let help = "somewhere in it an output of a block must come in between";
+                checker.add(Finding::error(ends[&start].span, message).help(help));
             }
             if path.contains(&next) {
                 break;
             }
             path.push(next);
+        }
+    }
+}
+
+/// What repeats another tag.
+struct End<'a> {
+    next: TagRef,
+    name: String,
+    span: &'a Span,
+}
+
+/// What a block's keys ask for and this version, or its class, does not give.
+pub(super) fn limits(checker: &mut Checker, drafts: &[Draft<'_>]) {
+    for draft in drafts {
+        let Some((_, class)) = &draft.class else { continue };
+        let entry = draft.entry;
+        if entry.values.bool("retain") == Some(true) {
+            let message = if class.retained.is_empty() {
+                format!("`retain` has no effect: class `{}` keeps no state", class.name)
+            } else {
+                "`retain` has no effect yet: this version keeps no state over a restart of the plant".into()
+            };
+            checker.add(Finding::note(&entry.values.span_of("retain"), message));
+        }
+        let open = |path: &str| !entry.inputs.iter().any(|a| a.path == path);
+        let names: Vec<_> =
+            class.inputs.iter().filter(|p| p.signal && open(&p.path)).map(|p| p.path.as_str()).collect();
+        if !names.is_empty() {
+            let message =
+                format!("signals of block `{}` without a source have quality bad: {}", entry.name, names.join(", "));
+            checker.add(Finding::note(&entry.key, message).help("a constant has quality good; a tag has its own"));
         }
     }
 }

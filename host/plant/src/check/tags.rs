@@ -19,8 +19,10 @@ pub(super) struct Tag {
 /// All tags.
 pub(super) struct Tags {
     known: HashMap<String, Tag>,
-    /// Owners (`BLOCK`, `DRIVER.POINT`) that are there but broken.
+    /// Owners (`BLOCK`, `DRIVER`, `DRIVER.POINT`) that are there but broken.
     broken: HashSet<String>,
+    /// Tables of the file that would hold further owners could not be read.
+    incomplete: bool,
     /// Blocks of [sim] that do not count now.
     absent: HashSet<String>,
 }
@@ -33,7 +35,12 @@ impl Tags {
         file: &PlantFile,
         options: CheckOptions,
     ) -> Self {
-        let mut tags = Self { known: HashMap::new(), broken: HashSet::new(), absent: HashSet::new() };
+        let mut tags = Self {
+            known: HashMap::new(),
+            broken: file.refused_lanes.iter().map(|l| format!("lane.{l}")).collect(),
+            incomplete: ["driver", "block", "sim", "lane"].iter().any(|t| file.unread.contains(t)),
+            absent: HashSet::new(),
+        };
         for (lane, draft) in lanes.iter().enumerate() {
             for statistic in Statistic::ALL {
                 let name = format!("lane.{}.{}", draft.lane.name, statistic.name());
@@ -50,6 +57,7 @@ impl Tags {
         }
         for draft in drivers {
             tags.broken.extend(draft.broken.iter().map(|p| format!("{}.{p}", draft.entry.name)));
+            tags.broken.extend(draft.unread.map(str::to_owned));
         }
         for (block, draft) in blocks.iter().enumerate() {
             match &draft.class {
@@ -95,7 +103,7 @@ impl Tags {
         let owner_is_in = |set: &HashSet<String>| {
             set.iter().any(|o| name == o || name.strip_prefix(o.as_str()).is_some_and(|rest| rest.starts_with('.')))
         };
-        if owner_is_in(&self.broken) {
+        if owner_is_in(&self.broken) || (self.incomplete && !self.owner_is_known(name)) {
             return None;
         }
         let finding = Finding::error(span, format!("there is no tag `{name}`"));
@@ -108,6 +116,12 @@ impl Tags {
             }
         });
         None
+    }
+
+    /// True when some tag begins with the first part of the name.
+    fn owner_is_known(&self, name: &str) -> bool {
+        let first = name.split('.').next().unwrap_or(name);
+        self.known.keys().any(|k| k.split('.').next() == Some(first))
     }
 
     /// What a name's owner has, when the owner is known.
