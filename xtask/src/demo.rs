@@ -19,6 +19,9 @@ pub(crate) struct Demo {
     /// Port of the field device on the loopback interface; 0 takes a free one.
     #[arg(long, default_value_t = 5020)]
     port: u16,
+    /// Everything is built already.
+    #[arg(long, hide = true)]
+    built: bool,
     /// Further arguments for `latchwork run`, after `--`.
     #[arg(last = true)]
     run: Vec<String>,
@@ -36,9 +39,11 @@ impl Drop for Device {
 }
 
 pub(crate) fn execute(args: &Demo) -> Result<()> {
-    eprintln!("building the host and the field device (the first time takes some minutes)");
-    run(cargo().args(["build", "--release", "--package", "latchwork-cli", "--package", "field-device"]))?;
-    guests::execute(&guests::Guests::default())?;
+    if !args.built {
+        eprintln!("building the host and the field device (the first time takes some minutes)");
+        run(cargo().args(["build", "--release", "--package", "latchwork-cli", "--package", "field-device"]))?;
+        guests::execute(&guests::Guests::default())?;
+    }
     let target = target_dir()?;
     let (device, address) = start_device(&target, args.port)?;
     eprintln!("field device: Modbus TCP on {address}, process {}", device.0.id());
