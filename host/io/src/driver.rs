@@ -20,6 +20,8 @@ pub struct DriverKind {
     pub check: fn(&DriverConfig) -> Vec<Problem>,
     /// Makes the driver. Nothing is opened before it runs.
     pub build: fn(DriverConfig) -> Result<Box<dyn Driver>, String>,
+    /// Makes the part that works in an interrupt lane; `None` for kinds without edges.
+    pub direct: Option<crate::direct::Build>,
 }
 
 /// What is wrong, and at which key (empty: at the table itself); the plant file's checker adds line and column.

@@ -11,6 +11,7 @@
 //! ```
 #![forbid(unsafe_code)]
 
+pub mod direct;
 pub mod driver;
 pub mod kinds;
 mod modbus;

@@ -20,6 +20,7 @@ pub(crate) static SIM: DriverKind = DriverKind {
     point,
     check: |_| Vec::new(),
     build,
+    direct: None,
 };
 
 const TYPES: &[(&str, Type)] = &[

@@ -24,6 +24,7 @@ pub(crate) static TCP: DriverKind = DriverKind {
     point,
     check: check_tcp,
     build: build_tcp,
+    direct: None,
 };
 
 /// Modbus RTU over a serial line.
@@ -34,6 +35,7 @@ pub(crate) static RTU: DriverKind = DriverKind {
     point,
     check: check_rtu,
     build: build_rtu,
+    direct: None,
 };
 
 static TCP_SECTION: Section = Section {
