@@ -3,7 +3,7 @@
 use crate::driver::DriverKind;
 
 /// The kinds a plant file may name.
-pub const KINDS: &[&DriverKind] = &[&crate::sim::SIM, &crate::modbus::TCP, &crate::modbus::RTU];
+pub const KINDS: &[&DriverKind] = &[&crate::sim::SIM, &crate::modbus::TCP, &crate::modbus::RTU, &crate::rppal::RPPAL];
 
 /// The kind of a name.
 pub fn find(name: &str) -> Option<&'static DriverKind> {

@@ -15,6 +15,7 @@ pub mod direct;
 pub mod driver;
 pub mod kinds;
 mod modbus;
+mod rppal;
 pub mod sim;
 pub mod stimulus;
 mod thread;
