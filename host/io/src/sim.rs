@@ -50,6 +50,12 @@ const POINT_KEYS: &[Key] = &[
         "",
         "Value of an input point until the stimulus changes it; 0 or false without it. Its quality is good.",
     ),
+    Key::optional(
+        "edge",
+        Kind::OneOf(&["both", "rising", "falling"]),
+        "\"both\"",
+        "Which changes of a bool start the interrupt lane that names it in `on`.",
+    ),
 ];
 
 fn point(values: &Values) -> Result<PointShape, Vec<Problem>> {

@@ -4,8 +4,8 @@
 //! cells. Its first part is its own region, published at the end of a scan:
 //!
 //! ```text
-//! state | statistics | per block: quality, commands word, output leaves …, alarms word | … │ imports, constants, converted inputs
-//! └────────────────────────── published ──────────────────────────────────────────────────┘ └── private ──────────────────────┘
+//! state | statistics | inputs it serves itself: value, quality | per block: quality, commands word, output leaves …, alarms word | … │ imports, constants, converted inputs
+//! └────────────────────────── published ──────────────────────────────────────────────────────────────────────────┘ └── private …
 //! ```
 //!
 //! Wires cost nothing: a block's argument list holds the index of the source's cell. Only inverted inputs and single
@@ -46,6 +46,8 @@ pub struct LaneLayout {
     pub cells: Vec<u64>,
     /// Per foreign region: `(slot, cell)`.
     pub imports: Vec<(u32, Vec<(u32, u32)>)>,
+    /// Per point of [`crate::model::Lane::served`]: cell of its value, its quality follows; `None` for an output point.
+    pub served: Vec<Option<u32>>,
     /// Blocks in the order of execution.
     pub blocks: Vec<BlockLayout>,
 }
@@ -72,6 +74,8 @@ pub struct BlockLayout {
     pub qualities: Vec<u32>,
     /// Output values under `on-fault = "safe"`.
     pub safe: Vec<(u32, u64)>,
+    /// Status registers: outputs of a flags type named `status`; port and cell.
+    pub status: Vec<(usize, u32)>,
 }
 
 /// One bool input that is a flag of a word or inverted: `cells[to] = cells[from] >> shift & 1 ^ flip`.
@@ -119,6 +123,10 @@ impl Layout {
             settings: Vec::new(),
             drivers: model.drivers.len(),
         };
+        for (lane, of) in layout.lanes.iter_mut().zip(&model.lanes) {
+            lane.cells = vec![0; STATISTICS as usize + Statistic::ALL.len()];
+            lane.served = vec![None; of.served.len()];
+        }
         layout.place_points(model)?;
         layout.place_lanes(model)?;
         for (index, cells) in settings.iter().enumerate() {
@@ -170,18 +178,41 @@ impl Layout {
         Ok(Some(Probe { cell, shift: bit, not }))
     }
 
+    /// Where a lane sees a tag that it reads already, or that is its own.
+    pub fn seen(&self, lane: usize, tag: TagId) -> Result<Probe, TagError> {
+        let Resolved::Cell { location: Location { region, slot, bit, .. }, not } = self.tags.resolve(tag)? else {
+            return Ok(Probe { cell: STATE, shift: None, not: false });
+        };
+        let imported = || {
+            let (_, list) = self.lanes[lane].imports.iter().find(|(r, _)| *r == region)?;
+            list.iter().find(|(s, _)| *s == slot).map(|(_, cell)| *cell)
+        };
+        let cell = if region as usize == lane { slot } else { imported().unwrap_or(STATE) };
+        Ok(Probe { cell, shift: bit, not })
+    }
+
     fn tag(&mut self, model: &Model, what: TagRef, source: Source) -> Result<(), TagError> {
         let id = self.tags.add(model.tag_name(what), model.tag_type(what), source)?;
         self.ids.insert(what, id);
         Ok(())
     }
 
-    /// Input points: value and quality in the driver's region. Output points are linked to their sources later.
+    /// Input points: value and quality in the driver's region, or in that of the interrupt lane that serves them. Output
+    /// points are linked to their sources later.
     fn place_points(&mut self, model: &Model) -> Result<(), TagError> {
         for (driver, d) in model.drivers.iter().enumerate() {
             let mut inputs = 0;
             for (point, config) in d.config.points.iter().enumerate() {
-                let source = if config.safe.is_none() {
+                let server = model.server(driver, point);
+                let source = if let (None, Some(lane)) = (config.safe, server) {
+                    let slot = self.push(lane, 0);
+                    let quality = self.push(lane, Quality::Bad.cell());
+                    let at = model.lanes[lane].served.iter().position(|s| (s.driver, s.point) == (driver, point));
+                    if let Some(at) = at {
+                        self.lanes[lane].served[at] = Some(slot);
+                    }
+                    Source::Cell(Location { region: lane as u32, slot, bit: None, quality: Some(quality) })
+                } else if config.safe.is_none() {
                     let slot = 2 * inputs;
                     inputs += 1;
                     Source::Cell(Location {
@@ -201,7 +232,6 @@ impl Layout {
 
     fn place_lanes(&mut self, model: &Model) -> Result<(), TagError> {
         for lane in 0..model.lanes.len() {
-            self.lanes[lane].cells = vec![0; STATISTICS as usize + Statistic::ALL.len()];
             for statistic in Statistic::ALL {
                 let location =
                     Location { region: lane as u32, slot: STATISTICS + statistic as u32, bit: None, quality: None };
@@ -221,10 +251,13 @@ impl Layout {
         let quality = self.push(b.lane, Quality::Bad.cell());
         let commands = (!b.class.commands.is_empty()).then(|| self.push(b.lane, 0));
         let first = self.lanes[b.lane].cells.len() as u32;
-        let (mut reals, mut qualities, mut safe) = (Vec::new(), Vec::new(), Vec::new());
+        let (mut reals, mut qualities, mut safe, mut status) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
         for (port, p) in b.class.outputs.iter().enumerate() {
             let slot = self.push(b.lane, 0);
             safe.push((slot, b.safe[port]));
+            if matches!(p.ty, Type::Flags(_)) && p.path.rsplit('.').next() == Some("status") {
+                status.push((port, slot));
+            }
             let q = if p.signal {
                 let q = self.push(b.lane, Quality::Bad.cell());
                 qualities.push(q);
@@ -269,6 +302,7 @@ impl Layout {
             reals,
             qualities,
             safe,
+            status,
         });
         Ok(())
     }
@@ -277,7 +311,11 @@ impl Layout {
     fn link(&mut self, model: &Model) {
         for (driver, d) in model.drivers.iter().enumerate() {
             for (point, wire) in d.sources.iter().enumerate() {
-                if let Some(wire) = wire {
+                // What feeds an input that starts a lane arrives as edges.
+                let edges = d.config.points[point].safe.is_none() && model.server(driver, point).is_some();
+                if let Some(wire) = wire
+                    && !edges
+                {
                     let source = self.alias(wire);
                     self.tags.set_source(self.ids[&TagRef::Point { driver, point }], source);
                 }

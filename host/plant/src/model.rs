@@ -4,6 +4,7 @@
 
 use latchwork_block::{Class, Component};
 use latchwork_image::Type;
+use latchwork_io::direct::Role;
 use latchwork_io::driver::{DriverConfig, DriverKind};
 use std::sync::Arc;
 
@@ -21,19 +22,51 @@ pub struct Model {
     pub sim: bool,
 }
 
-/// One cyclic lane.
+/// One lane.
 #[derive(Clone, Debug)]
 pub struct Lane {
     /// Name.
     pub name: String,
-    /// Period, ns.
+    /// Period, ns; of an interrupt lane the period of its polling, or 0.
     pub every: u64,
+    /// What makes it an interrupt lane.
+    pub interrupt: Option<Interrupt>,
+    /// Points it serves itself, without the I/O thread: edges first, in the order of `on`.
+    pub served: Vec<Served>,
+    /// Virtual time its scans take, in turn, ns; empty: none.
+    pub scan_times: Vec<u64>,
     /// A scan longer than this is a fault of the lane, ns.
     pub watchdog: u64,
     /// SCHED_FIFO priority 1–99.
     pub priority: u8,
     /// CPU the lane is pinned to.
     pub cpu: Option<usize>,
+}
+
+/// What makes a lane an interrupt lane.
+#[derive(Clone, Debug)]
+pub struct Interrupt {
+    /// Input points that start it: driver and point.
+    pub on: Vec<(usize, usize)>,
+    /// It polls them at its period instead of waiting for edges.
+    pub poll: bool,
+    /// Cyclic lane with which it also runs.
+    pub also_with: Option<usize>,
+    /// Edges per second of one line beyond which that is a storm.
+    pub storm_limit: u64,
+    /// Edges that may wait.
+    pub queue: usize,
+}
+
+/// A point that an interrupt lane serves itself.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Served {
+    /// Driver.
+    pub driver: usize,
+    /// Point of the driver.
+    pub point: usize,
+    /// What the lane does with it.
+    pub role: Role,
 }
 
 /// One driver.
@@ -204,7 +237,25 @@ impl Statistic {
     }
 }
 
+impl Driver {
+    /// The plant itself serves its points, no device does.
+    pub fn simulated(&self, sim: bool) -> bool {
+        sim || self.kind.name == "sim"
+    }
+}
+
 impl Model {
+    /// The interrupt lane that serves a point itself.
+    pub fn server(&self, driver: usize, point: usize) -> Option<usize> {
+        self.lanes.iter().position(|l| l.served.iter().any(|s| (s.driver, s.point) == (driver, point)))
+    }
+
+    /// The input points of a driver that no interrupt lane serves, in their order: those of its region.
+    pub fn region_inputs(&self, driver: usize) -> impl Iterator<Item = usize> {
+        let points = &self.drivers[driver].config.points;
+        (0..points.len()).filter(move |p| points[*p].safe.is_none() && self.server(driver, *p).is_none())
+    }
+
     /// Full name of a tag.
     pub fn tag_name(&self, tag: TagRef) -> String {
         match tag {

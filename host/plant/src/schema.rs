@@ -36,6 +36,7 @@ pub fn json_schema() -> Value {
         "not": { "required": ["component"] },
         "additionalProperties": named,
     });
+    let lanes = [of(&[&sections::LANE]), of(&[&sections::INTERRUPT_LANE])];
     let blocks = json!({ "type": "object", "additionalProperties": named });
     json!({
         "$schema": "http://json-schema.org/draft-07/schema#",
@@ -46,7 +47,7 @@ pub fn json_schema() -> Value {
         "definitions": { "block": { "anyOf": [block, beginning] } },
         "properties": {
             "plant": of(&[&sections::PLANT]),
-            "lane": { "type": "object", "additionalProperties": of(&[&sections::LANE]) },
+            "lane": { "type": "object", "additionalProperties": { "anyOf": lanes } },
             "driver": { "type": "object", "additionalProperties": { "oneOf": kinds } },
             "block": blocks,
             "sim": {
@@ -55,6 +56,10 @@ pub fn json_schema() -> Value {
                 "properties": {
                     "block": blocks,
                     "feed": { "type": "object", "description": "Tag that drives each input point, by name." },
+                    "scan-time": {
+                        "type": "object",
+                        "description": "Virtual time that the scans of each lane take: one, or several in turn.",
+                    },
                 },
             },
         },
@@ -66,7 +71,8 @@ pub fn reference_page() -> String {
     let mut page = String::new();
     let mut add = |title: &str, section| page += &format!("### {title}\n\n{}\n", reference(section));
     add("`[plant]`", &sections::PLANT);
-    add("`[lane.NAME]`", &sections::LANE);
+    add("`[lane.NAME]`, cyclic", &sections::LANE);
+    add("`[lane.NAME]`, interrupt", &sections::INTERRUPT_LANE);
     add("`[block.NAME]`", &sections::BLOCK);
     add("`{ tag = … }`, the source of an input", &sections::WIRE);
     add("`[driver.NAME]`", &sections::DRIVER);

@@ -1,8 +1,11 @@
 //! Points of `sim` drivers: regions that a stimulus writes.
 
-use crate::model::Driver;
+use crate::lane::{EdgeKind, Event, Wake};
+use crate::model::Model;
 use latchwork_image::{Quality, RegionWriter, Type};
+use latchwork_io::driver::PointConfig;
 use std::collections::HashMap;
+use std::sync::Arc;
 
 /// A stimulus row, resolved.
 #[derive(Clone, Debug)]
@@ -36,9 +39,45 @@ pub enum Action {
 
 /// Where a sim point stands.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct PointPlace {
-    driver: usize,
-    slot: usize,
+pub enum PointPlace {
+    /// In the region of its driver.
+    Region {
+        /// Driver.
+        driver: usize,
+        /// Cell.
+        slot: usize,
+    },
+    /// With an interrupt lane that it starts.
+    Edge {
+        /// Lane, as [`SimPoints`] counts them.
+        lane: usize,
+        /// Place among the lane's sim points.
+        at: usize,
+    },
+}
+
+/// A sim point whose changes start an interrupt lane.
+pub(crate) struct SimEdge {
+    /// Number in the lane's `on`.
+    pub(crate) input: u32,
+    /// Which changes start it.
+    pub(crate) edge: EdgeKind,
+    /// Level so far.
+    pub(crate) last: bool,
+    /// Edges that found no room.
+    pub(crate) missed: u64,
+}
+
+struct SimLane {
+    edges: Vec<SimEdge>,
+    events: rtrb::Producer<Event>,
+    wake: Option<Arc<Wake>>,
+}
+
+/// First value of a sim point.
+pub(crate) fn initial(point: &PointConfig) -> u64 {
+    let constant = point.values.constant("initial");
+    constant.and_then(|c| latchwork_io::sim::cell(&point.ty, c).ok()).unwrap_or(0)
 }
 
 struct SimDriver {
@@ -51,29 +90,44 @@ struct SimDriver {
 #[derive(Default)]
 pub struct SimPoints {
     drivers: Vec<SimDriver>,
+    lanes: Vec<SimLane>,
     points: HashMap<String, (PointPlace, Type)>,
     fed: Vec<String>,
 }
 
 impl SimPoints {
-    pub(crate) fn add(&mut self, driver: &Driver, region: RegionWriter) {
+    pub(crate) fn add(&mut self, model: &Model, index: usize, region: RegionWriter) {
+        let driver = &model.drivers[index];
         let mut cells = Vec::new();
         for (point, source) in driver.config.points.iter().zip(&driver.sources) {
-            if point.safe.is_some() {
-                continue;
-            }
             let name = format!("{}.{}", driver.config.name, point.name);
-            if source.is_some() {
-                self.fed.push(name.clone());
+            if point.safe.is_none() && source.is_some() {
+                self.fed.push(name);
             }
-            let place = PointPlace { driver: self.drivers.len(), slot: cells.len() };
-            self.points.insert(name, (place, point.ty.clone()));
-            let initial =
-                point.values.constant("initial").and_then(|c| latchwork_io::sim::cell(&point.ty, c).ok()).unwrap_or(0);
-            cells.extend([initial, Quality::Good.cell()]);
+        }
+        for point in model.region_inputs(index) {
+            let point = &driver.config.points[point];
+            let place = PointPlace::Region { driver: self.drivers.len(), slot: cells.len() };
+            self.points.insert(format!("{}.{}", driver.config.name, point.name), (place, point.ty.clone()));
+            cells.extend([initial(point), Quality::Good.cell()]);
         }
         self.drivers.push(SimDriver { region, cells, changed: true });
         self.publish(0);
+    }
+
+    /// Points that start an interrupt lane, by name.
+    pub(crate) fn add_edges(
+        &mut self,
+        edges: Vec<(String, SimEdge)>,
+        events: rtrb::Producer<Event>,
+        wake: Option<Arc<Wake>>,
+    ) {
+        let (lane, mut list) = (self.lanes.len(), Vec::new());
+        for (at, (name, edge)) in edges.into_iter().enumerate() {
+            self.points.insert(name, (PointPlace::Edge { lane, at }, Type::Bool));
+            list.push(edge);
+        }
+        self.lanes.push(SimLane { edges: list, events, wake });
     }
 
     /// The place and type of an input point.
@@ -91,11 +145,17 @@ impl SimPoints {
         self.points.keys().map(String::as_str)
     }
 
-    /// Sets a point; visible after the next [`Self::publish`].
-    pub fn set(&mut self, place: PointPlace, cell: u64) {
-        let driver = &mut self.drivers[place.driver];
-        driver.cells[place.slot] = cell;
-        driver.changed = true;
+    /// Sets a point at plant time `now`; visible after the next [`Self::publish`], or at once to the interrupt lane that it
+    /// starts.
+    pub fn set(&mut self, place: PointPlace, cell: u64, now: u64) {
+        match place {
+            PointPlace::Region { driver, slot } => {
+                let driver = &mut self.drivers[driver];
+                driver.cells[slot] = cell;
+                driver.changed = true;
+            }
+            PointPlace::Edge { lane, at } => self.lanes[lane].set(at, cell & 1 == 1, now),
+        }
     }
 
     /// Publishes what changed, at plant time `now`.
@@ -104,6 +164,21 @@ impl SimPoints {
             if std::mem::take(&mut driver.changed) {
                 driver.region.publish(&driver.cells, now);
             }
+        }
+    }
+}
+
+impl SimLane {
+    fn set(&mut self, at: usize, level: bool, now: u64) {
+        let edge = &mut self.edges[at];
+        // A point that is set to what it is makes no edge.
+        if std::mem::replace(&mut edge.last, level) == level {
+            return;
+        }
+        let event = edge.edge.event(now, edge.input, level, edge.missed);
+        edge.missed = if self.events.push(event).is_ok() { 0 } else { edge.missed + 1 };
+        if let Some(wake) = &self.wake {
+            wake.wake();
         }
     }
 }

@@ -59,7 +59,7 @@ fn block(
     let lane = lane?;
     let every = lanes[lane].lane.every;
     let budget = values.duration("budget").unwrap_or((every / 2).clamp(MS, 100 * MS));
-    if values.has("budget") && budget > every {
+    if values.has("budget") && budget > every && lanes[lane].lane.interrupt.is_none() {
         let (budget, every) = (format_duration(budget), format_duration(every));
         let message = format!("`budget` is {budget}, longer than the lane's period of {every}");
         checker.add(Finding::note(&values.span_of("budget"), message).help("a block that uses it up makes overruns"));

@@ -1,10 +1,13 @@
 //! Lanes: their defaults, and that each has something to do.
 
 use super::Draft;
-use crate::file::PlantFile;
+use crate::file::{LaneEntry, PlantFile};
 use crate::model;
 use latchwork_image::format_duration;
 use latchwork_schema::{Checker, Finding};
+
+/// Watchdog of an interrupt lane that names none, ns.
+const INTERRUPT_WATCHDOG: u64 = 50_000_000;
 
 /// A lane of the model; its place in the list is that in the file.
 pub(super) struct LaneDraft {
@@ -12,27 +15,46 @@ pub(super) struct LaneDraft {
 }
 
 pub(super) fn lanes(checker: &mut Checker, file: &PlantFile) -> Vec<LaneDraft> {
-    let lane = |entry: &crate::file::LaneEntry| {
-        let values = &entry.values;
+    file.lanes.iter().map(|entry| LaneDraft { lane: lane(checker, entry) }).collect()
+}
+
+fn lane(checker: &mut Checker, entry: &LaneEntry) -> model::Lane {
+    let values = &entry.values;
+    let every = match entry.interrupt {
+        true => values.duration("poll").unwrap_or(0),
         // A lane whose period is wrong is checked on with one that is usual.
-        let every = values.duration("every").unwrap_or(10_000_000);
-        let watchdog = values.duration("watchdog").unwrap_or_else(|| every.saturating_mul(5));
-        if watchdog < every {
-            let (watchdog, every) = (format_duration(watchdog), format_duration(every));
-            let message = format!("`watchdog` is {watchdog}, shorter than the period of {every}");
-            let finding = Finding::error(&values.span_of("watchdog"), message);
-            checker.add(finding.help("a scan longer than `every` is an overrun already; the watchdog stops the lane"));
-        }
-        let lane = model::Lane {
-            name: entry.name.clone(),
-            every,
-            watchdog,
-            priority: values.integer("priority").and_then(|p| u8::try_from(p).ok()).unwrap_or(50),
-            cpu: values.integer("cpu").and_then(|c| usize::try_from(c).ok()),
-        };
-        LaneDraft { lane }
+        false => values.duration("every").unwrap_or(10_000_000),
     };
-    file.lanes.iter().map(lane).collect()
+    let default = if entry.interrupt { INTERRUPT_WATCHDOG.max(every) } else { every.saturating_mul(5) };
+    let watchdog = values.duration("watchdog").unwrap_or(default);
+    if watchdog < every {
+        let (watchdog, every) = (format_duration(watchdog), format_duration(every));
+        let message = format!("`watchdog` is {watchdog}, shorter than the period of {every}");
+        let finding = Finding::error(&values.span_of("watchdog"), message);
+        checker.add(finding.help("a scan longer than the period is an overrun already; the watchdog stops the lane"));
+    }
+    let whole = |key: &str, default: u64| values.integer(key).and_then(|i| u64::try_from(i).ok()).unwrap_or(default);
+    let interrupt = entry.interrupt.then(|| model::Interrupt {
+        on: Vec::new(),
+        poll: values.has("poll"),
+        also_with: None,
+        storm_limit: whole("storm-limit", 10_000),
+        queue: whole("queue", 1024) as usize,
+    });
+    model::Lane {
+        name: entry.name.clone(),
+        every,
+        priority: values.integer("priority").and_then(|p| u8::try_from(p).ok()).unwrap_or(if entry.interrupt {
+            80
+        } else {
+            50
+        }),
+        interrupt,
+        served: Vec::new(),
+        scan_times: Vec::new(),
+        watchdog,
+        cpu: values.integer("cpu").and_then(|c| usize::try_from(c).ok()),
+    }
 }
 
 /// False when the plant has no lane at all, not even one that was refused or could not be read.

@@ -11,6 +11,7 @@
 mod blocks;
 mod components;
 mod drivers;
+mod interrupts;
 mod lanes;
 mod notes;
 mod tags;
@@ -119,7 +120,7 @@ fn build(
     folder: &Path,
     options: CheckOptions,
 ) -> Model {
-    let lanes = lanes::lanes(checker, file);
+    let mut lanes = lanes::lanes(checker, file);
     unique_names(checker, file);
     // Without --sim the blocks of [sim] are checked for their keys alone.
     let mut chosen: Vec<_> = file.blocks.iter().filter(|b| !b.sim || options.sim).collect();
@@ -135,9 +136,11 @@ fn build(
         wires::feeds(checker, file, &mut drivers, &tags);
     }
     lanes::have_blocks(checker, file, &drafts);
+    interrupts::resolve(checker, file, &mut lanes, &drivers, &tags, options);
+    interrupts::notes(checker, file, &lanes, &drafts);
     notes::circles(checker, &blocks, &drafts, &drivers);
     notes::limits(checker, &drafts);
-    let model = Model {
+    let mut model = Model {
         name: file.plant.text("name").unwrap_or_default().to_owned(),
         lanes: lanes.into_iter().map(|l| l.lane).collect(),
         drivers: drivers.into_iter().filter_map(|d| d.driver).collect(),
@@ -147,6 +150,7 @@ fn build(
     // Only in a model whose indices are all right is the order of blocks that of the file.
     if !checker.findings.iter().any(|f| f.severity == Severity::Error) {
         notes::order(checker, &model, &drafts);
+        interrupts::serve(&mut model);
     }
     model
 }

@@ -18,6 +18,19 @@ fn repeats(model: &Model, tag: TagRef) -> Option<TagRef> {
     }
 }
 
+/// Where a tag's value finally comes from.
+pub(super) fn origin(model: &Model, tag: TagRef) -> TagRef {
+    let mut tag = tag;
+    // A circle is an error of its own.
+    for _ in 0..model.blocks.len() + model.drivers.len() + 2 {
+        match repeats(model, tag) {
+            Some(next) => tag = next,
+            None => break,
+        }
+    }
+    tag
+}
+
 /// Wires that end in themselves: an input that reads an input that reads it, a point that shows itself.
 ///
 /// Works with what is sound, so that a circle is told along with everything else.
@@ -106,16 +119,7 @@ pub(super) fn order(checker: &mut Checker, model: &Model, drafts: &[Draft<'_>]) 
         let b = &model.blocks[block];
         for a in &draft.entry.inputs {
             let Some(port) = b.class.inputs.iter().position(|p| p.path == a.path) else { continue };
-            let mut tag = TagRef::Input { block, port };
-            let mut steps = 0;
-            while let Some(next) = repeats(model, tag) {
-                tag = next;
-                steps += 1;
-                // A circle is an error of its own.
-                if steps > model.blocks.len() + model.drivers.len() + 1 {
-                    break;
-                }
-            }
+            let tag = origin(model, TagRef::Input { block, port });
             let (TagRef::Output { block: source, .. } | TagRef::Alarm { block: source, .. }) = tag else { continue };
             if source > block && model.blocks[source].lane == b.lane && !b.sim && !model.blocks[source].sim {
                 let message = format!(

@@ -65,9 +65,6 @@ fn unread(entry: &Entry<'_>) -> DriverEntry {
     }
 }
 
-/// Kinds the contract has and this version has not.
-const LATER_KINDS: &[&str] = &["gpio", "rppal"];
-
 fn kind(checker: &mut Checker, name_of: &str, table: &DeTable<'_>, span: &Span) -> Option<&'static DriverKind> {
     let known: Vec<_> = latchwork_io::kinds::KINDS.iter().map(|k| k.name).collect();
     let Some(entry) = entries(table).into_iter().find(|e| e.name == "kind") else {
@@ -83,10 +80,7 @@ fn kind(checker: &mut Checker, name_of: &str, table: &DeTable<'_>, span: &Span) 
         return None;
     };
     let kind = latchwork_io::kinds::find(name);
-    if kind.is_none() && LATER_KINDS.contains(&name.as_ref()) {
-        let message = format!("the kind \"{name}\" is not supported by this version");
-        checker.add(Finding::error(&entry.span, message).help(format!("it has {}", known.join(", "))));
-    } else if kind.is_none() {
+    if kind.is_none() {
         let finding = Finding::error(&entry.span, format!("there is no kind of driver \"{name}\""));
         checker.add(match latchwork_image::nearest(name, known.iter().copied()) {
             Some(near) => finding.help(format!("did you mean \"{near}\"?")),

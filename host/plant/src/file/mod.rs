@@ -10,7 +10,7 @@ use blocks::blocks;
 use drivers::drivers;
 use latchwork_io::driver::DriverKind;
 use latchwork_schema::check::{entries, found};
-use latchwork_schema::{Checker, Constant, Entry, Finding, Span, Values};
+use latchwork_schema::{Checker, Constant, Entry, Finding, Span, Value, Values};
 use toml::de::{DeTable, DeValue};
 
 /// What an input names.
@@ -45,6 +45,16 @@ pub(crate) struct LaneEntry {
     pub(crate) name: String,
     pub(crate) key: Span,
     pub(crate) values: Values,
+    /// It has keys of an interrupt lane.
+    pub(crate) interrupt: bool,
+}
+
+/// `LANE = "3ms"` or `LANE = ["1ms", "7ms"]` in `[sim.scan-time]`.
+pub(crate) struct ScanTimeEntry {
+    pub(crate) lane: String,
+    pub(crate) key: Span,
+    /// Virtual time of the scans in turn, ns.
+    pub(crate) times: Vec<u64>,
 }
 
 /// A point of a driver.
@@ -90,6 +100,7 @@ pub(crate) struct PlantFile {
     pub(crate) drivers: Vec<DriverEntry>,
     pub(crate) blocks: Vec<BlockEntry>,
     pub(crate) feeds: Vec<Assignment>,
+    pub(crate) scan_times: Vec<ScanTimeEntry>,
     /// Lanes that are there but were refused: a block that names one is no further error.
     pub(crate) refused_lanes: Vec<String>,
     /// Tables of the file that could not be read, by the name they were meant to have: what would stand in them is
@@ -179,18 +190,18 @@ fn lanes(checker: &mut Checker, tables: &DeTable<'_>, file: &mut PlantFile) {
             continue;
         };
         name_is_sound(checker, entry.name, &entry.key_span, false);
-        let later: Vec<_> = entries(t).into_iter().filter(|e| sections::LATER_LANE_KEYS.contains(&e.name)).collect();
-        if !later.is_empty() {
-            for e in later {
-                let message = format!("`{}` makes an interrupt lane, which is not supported by this version", e.name);
-                checker.add(Finding::error(&e.key_span, message).help("give the lane a period: `every = \"10ms\"`"));
-            }
-            file.refused_lanes.push(entry.name.into());
-            continue;
-        }
         checker.whose = format!("[lane.{}]", entry.name);
-        let values = checker.table(&[&sections::LANE], t, entry.key_span.clone());
-        file.lanes.push(LaneEntry { name: entry.name.into(), key: entry.key_span, values });
+        let interrupt = sections::INTERRUPT_KEYS.iter().any(|k| t.contains_key(*k));
+        if interrupt && let Some(every) = entries(t).into_iter().find(|e| e.name == "every") {
+            let message = format!("lane `{}` has both `every` and keys of an interrupt lane", entry.name);
+            let help = "a cyclic lane has `every`; an interrupt lane has `on`, and `poll` if it is to read its inputs \
+                        periodically";
+            checker.add(Finding::error(&every.key_span, message).help(help));
+        }
+        let section = if interrupt { &sections::INTERRUPT_LANE } else { &sections::LANE };
+        let skip: &[&str] = if interrupt { &["every"] } else { &[] };
+        let values = checker.table_but(&[section], t, entry.key_span.clone(), skip);
+        file.lanes.push(LaneEntry { name: entry.name.into(), key: entry.key_span, values, interrupt });
     }
 }
 
@@ -199,11 +210,25 @@ fn sim(checker: &mut Checker, tables: &DeTable<'_>, file: &mut PlantFile) {
         match (entry.name, entry.value) {
             ("block", DeValue::Table(t)) => blocks(checker, t, "", true, file),
             ("feed", DeValue::Table(t)) => file.feeds = feeds(checker, t),
-            ("block" | "feed", value) => {
+            ("scan-time", DeValue::Table(t)) => scan_times(checker, t, file),
+            ("block" | "feed" | "scan-time", value) => {
                 let message = format!("`{}` is {}; expected a table", entry.name, found(value));
                 checker.add(Finding::error(&entry.span, message));
             }
             _ => drop(unknown(checker, &entry, "[sim]", sections::SIM_KEYS)),
         }
+    }
+}
+
+fn scan_times(checker: &mut Checker, table: &DeTable<'_>, file: &mut PlantFile) {
+    for entry in entries(table) {
+        let times = match checker.value(&sections::SCAN_TIME, entry.name, entry.value, &entry.span) {
+            Some(Value::Duration(ns)) => vec![ns],
+            Some(Value::List(list)) => {
+                list.iter().filter_map(|(v, _)| if let Value::Duration(ns) = v { Some(*ns) } else { None }).collect()
+            }
+            _ => continue,
+        };
+        file.scan_times.push(ScanTimeEntry { lane: entry.name.into(), key: entry.key_span, times });
     }
 }

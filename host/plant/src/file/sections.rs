@@ -20,10 +20,10 @@ pub(crate) static PLANT: Section = Section {
     ],
 };
 
-/// `[lane.NAME]`
+/// `[lane.NAME]`, cyclic.
 pub(crate) static LANE: Section = Section {
     name: "[lane.NAME]",
-    doc: "A lane: one thread that scans its blocks once per period, in the order of this file.",
+    doc: "A cyclic lane: one thread that scans its blocks once per period, in the order of this file.",
     keys: &[
         Key::required("every", Kind::Duration { min: MS / 10, max: 3600 * SECOND }, "Period of the scan."),
         Key::optional(
@@ -43,8 +43,61 @@ pub(crate) static LANE: Section = Section {
     ],
 };
 
-/// Keys of `[lane.NAME]` that belong to interrupt lanes.
-pub(crate) static LATER_LANE_KEYS: &[&str] = &["on", "also-with", "poll"];
+/// `[lane.NAME]`, interrupt.
+pub(crate) static INTERRUPT_LANE: Section = Section {
+    name: "[lane.NAME] with `on`",
+    doc: "An interrupt lane: its blocks execute, in the order of this file, when an input changes. Without `poll` every edge \
+          starts it (hardware interrupt), one after the other in the order of their times; with `poll` its inputs are read \
+          at that period and it executes when one has changed (cyclic interrupt).",
+    keys: &[
+        Key::required("on", Kind::List(&Kind::Tag), "Input points that start it. A point can start one lane only."),
+        Key::optional(
+            "also-with",
+            Kind::Text,
+            "",
+            "Cyclic lane with each scan of which its blocks execute once more, so that commands, timers and settings \
+             reach them.",
+        ),
+        Key::optional(
+            "poll",
+            Kind::Duration { min: MS / 10, max: 10 * SECOND },
+            "",
+            "Makes it a cyclic interrupt with this period. Changes shorter than it are not seen; their time is that of the \
+             reading.",
+        ),
+        Key::optional(
+            "watchdog",
+            Kind::Duration { min: MS / 10, max: 24 * 3600 * SECOND },
+            "50ms",
+            "An execution of the lane longer than this stops it with everything safe.",
+        ),
+        Key::optional(
+            "storm-limit",
+            Kind::Integer { min: 10, max: 1_000_000 },
+            "10000",
+            "Edges a second that one line may make for longer than a tenth of a second. A line beyond it is followed at 100 \
+             edges a second until it has calmed down; a record of kind `lost` says when that begins, and how many edges \
+             were left out when it ends.",
+        ),
+        Key::optional(
+            "queue",
+            Kind::Integer { min: 16, max: 65_536 },
+            "1024",
+            "Edges that may wait while others are handled. Beyond it the newest of each line is kept, the rest is counted \
+             and recorded as `lost`.",
+        ),
+        Key::optional(
+            "priority",
+            Kind::Integer { min: 1, max: 99 },
+            "80",
+            "SCHED_FIFO priority where it is permitted; above that of the cyclic lanes, or they delay it.",
+        ),
+        Key::optional("cpu", Kind::Integer { min: 0, max: 1023 }, "", "CPU the lane is pinned to, counted from 0."),
+    ],
+};
+
+/// Keys of `[lane.NAME]` that make it an interrupt lane.
+pub(crate) static INTERRUPT_KEYS: &[&str] = &["on", "also-with", "poll"];
 
 /// `[driver.NAME]`, besides the keys of its kind.
 pub(crate) static DRIVER: Section = Section {
@@ -106,7 +159,7 @@ pub(crate) static BLOCK: Section = Section {
             "budget",
             Kind::Duration { min: MS / 10, max: 60 * SECOND },
             "every / 2, 1ms to 100ms",
-            "Longest time of one execution.",
+            "Longest time of one execution; 1ms is the default in an interrupt lane.",
         ),
         Key::optional(
             "memory",
@@ -140,7 +193,11 @@ pub(crate) static WIRE: Section = Section {
 };
 
 /// `[sim]`
-pub(crate) static SIM_KEYS: &[&str] = &["block", "feed"];
+pub(crate) static SIM_KEYS: &[&str] = &["block", "feed", "scan-time"];
+
+/// Virtual time that scans of a lane take.
+pub(crate) static SCAN_TIME: Kind = Kind::Either(&SCAN_SPAN, &Kind::List(&SCAN_SPAN));
+static SCAN_SPAN: Kind = Kind::Duration { min: 0, max: 3600 * SECOND };
 
 /// Tables of the file.
 pub(crate) static TABLES: &[&str] = &["plant", "lane", "driver", "block", "sim"];

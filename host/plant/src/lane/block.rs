@@ -41,6 +41,8 @@ pub struct Block {
     pub quality: u32,
     /// Alarms word and its value after the previous execution.
     pub alarms: Option<(u32, u64)>,
+    /// First status register and its value after the previous execution; further ones in [`Rest::status`].
+    pub status: Option<(u32, u64)>,
     /// Everything that only faults, alarms and operators touch.
     pub rest: Box<Rest>,
 }
@@ -55,6 +57,8 @@ pub struct Rest {
     pub alarm_sources: Vec<SourceId>,
     /// Commands word.
     pub commands: Option<u32>,
+    /// Status registers, in the order of the class.
+    pub status: Vec<super::status::Register>,
     /// One-shot bits that are set.
     pub one_shot: u64,
     /// Quality cells of signal outputs.
@@ -82,6 +86,7 @@ pub struct Rest {
 }
 
 impl Lane {
+    /// Executes a block at plant time `now`, raised to that of its previous execution where an edge came late.
     #[inline]
     pub(super) fn execute(&mut self, index: usize, now: u64) {
         let parts = &mut self.parts;
@@ -90,8 +95,8 @@ impl Lane {
         for c in &parts.converts[block.converts.start as usize..block.converts.end as usize] {
             parts.cells[c.to as usize] = (parts.cells[c.from as usize] >> c.shift & 1) ^ u64::from(c.flip);
         }
-        let scan =
-            Scan { now, elapsed: if block.ran { now.saturating_sub(block.last) } else { 0 }, first: block.first };
+        let now = now.max(block.last);
+        let scan = Scan { now, elapsed: if block.ran { now - block.last } else { 0 }, first: block.first };
         let ins = &parts.ins[block.ins.start as usize..block.ins.end as usize];
         if let Err(fault) = instance.execute(scan, ins, block.out.start, &mut parts.cells) {
             self.block_fault(index, now, &fault);
@@ -106,13 +111,25 @@ impl Lane {
         if parts.forces.any() {
             parts.forces.apply(&mut parts.cells, block.quality, block.out.end);
         }
+    }
+
+    /// What follows from a block's execution besides its outputs: records, at plant time `now`.
+    #[inline]
+    pub(super) fn report(&mut self, index: usize, now: u64) {
+        let parts = &mut self.parts;
+        let block = &parts.blocks[index];
+        let Some(instance) = &block.instance else { return };
         let not_finite = parts.reals[block.reals.start as usize..block.reals.end as usize]
             .iter()
             .any(|(cell, mask)| parts.cells[*cell as usize] & mask == *mask);
-        let logged = instance.has_log();
-        let alarms = block.alarms;
+        let (logged, alarms, status) = (instance.has_log(), block.alarms, block.status);
         if not_finite || block.not_finite {
             self.watch_finite(index, now, not_finite);
+        }
+        if let Some((cell, previous)) = status
+            && (self.parts.cells[cell as usize] != previous || self.parts.blocks[index].rest.status.len() > 1)
+        {
+            self.status_changed(index, now);
         }
         if let Some((cell, previous)) = alarms
             && self.parts.cells[cell as usize] != previous

@@ -109,5 +109,6 @@ impl Lane {
         }
         let entry = Entry::new(now, Kind::Lane, parts.source, "faulted").priority(255);
         parts.recorder.push(entry.text(format_args!("{why}; outputs take their safe values")));
+        self.settle_arrivals(now);
     }
 }

@@ -1,21 +1,28 @@
 //! A lane: blocks that execute together, once per scan.
 //!
 //! A scan is: take requests → latch inputs → execute blocks in order → alarms → statistics → publish. In steady state it
-//! allocates nothing, takes no lock, makes no system call but the clock's, and logs nothing. Time comes in as an
-//! argument, so the same code runs on a real-time thread and at virtual time.
+//! allocates nothing, takes no lock, makes no system call but the clock's (and, where an interrupt lane runs with it, the
+//! one that wakes that lane), and logs nothing. Time comes in as an argument, so the same code runs on a real-time thread
+//! and at virtual time. An interrupt lane is a lane with an [`Interrupt`]: see there.
 
 mod alarm;
 mod block;
 mod fault;
+mod follow;
+mod interrupt;
 mod message;
 mod request;
 mod statistics;
+mod status;
 mod trace;
 
 pub use block::{Block, BlockState, Rest};
 pub use fault::{BACK_OFF, STRIKES};
+pub use follow::{EdgeKind, Event, Feed, Follower, Wake};
+pub use interrupt::{Arrival, Arrivals, Cause, DirectInput, DirectOutput, DirectPart, EdgeInput, Interrupt, Watched};
 pub use request::{Mode, Reply, Request, RestartRequest};
 pub use statistics::Statistics;
+pub use status::Register;
 pub use trace::{Change, Tracer, Watch};
 
 use crate::layout::{Convert, STATE};
@@ -94,6 +101,21 @@ pub struct LaneParts {
     pub restarts: rtrb::Producer<RestartRequest>,
     /// Traced tags.
     pub tracer: Tracer,
+    /// Interrupt lanes that hear of the end of its scans.
+    pub followers: Vec<Follower>,
+    /// What makes it an interrupt lane.
+    pub interrupt: Option<Box<Interrupt>>,
+}
+
+/// The times of one execution of a lane, ns of plant time.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+struct Moment {
+    /// When it was due: the grid's deadline, or the edge.
+    due: u64,
+    /// When it began.
+    start: u64,
+    /// The time that blocks and records get: its start, or the edge.
+    stamp: u64,
 }
 
 /// A lane that can scan.
@@ -101,6 +123,7 @@ pub struct Lane {
     parts: LaneParts,
     state: LaneState,
     statistics: Statistics,
+    moment: Moment,
     /// Blocks that wait for a new instance or for the end of their back-off.
     waiting: Vec<u32>,
     /// Blocks whose one-shot commands go back after their next execution.
@@ -112,7 +135,9 @@ impl Lane {
     pub fn new(parts: LaneParts) -> Self {
         let blocks = parts.blocks.len();
         Self {
-            statistics: Statistics::new(parts.every),
+            // Edges have no grid that a scan could overrun.
+            statistics: Statistics::new(if parts.every == 0 { u64::MAX } else { parts.every }),
+            moment: Moment::default(),
             parts,
             state: LaneState::Starting,
             waiting: Vec::with_capacity(blocks),
@@ -163,47 +188,70 @@ impl Lane {
 
     /// One scan at plant time `now`, due at `due` (ns); `clock` tells how long it took.
     pub fn scan(&mut self, due: u64, now: u64, clock: impl Fn() -> u64) -> LaneState {
-        if matches!(self.state, LaneState::Stopped | LaneState::Faulted) {
-            return self.state;
+        if self.begin_scan(due, now) { self.end_scan(clock()) } else { self.state }
+    }
+
+    /// The first half of a scan: inputs latched, blocks executed; nobody sees the outputs yet. False when the lane does not
+    /// run any more.
+    pub fn begin_scan(&mut self, due: u64, now: u64) -> bool {
+        if !self.begin(Moment { due, start: now, stamp: now }) {
+            return false;
         }
-        if self.state == LaneState::Starting {
-            self.state = LaneState::Running;
-            self.parts.recorder.push(Entry::new(now, Kind::Lane, self.parts.source, "started"));
-        }
-        self.parts.forces.update();
-        self.release_one_shots();
-        self.take_requests(now);
-        for (reader, wanted) in &self.parts.imports {
-            reader.gather(wanted, &mut self.parts.cells);
-        }
+        self.parts.import();
         for index in 0..self.parts.blocks.len() {
             self.execute(index, now);
+            self.report(index, now);
             // A block may have stopped the lane (`on-fault = "stop-lane"`).
             if self.state != LaneState::Running {
                 break;
             }
         }
-        self.finish(due, now, clock());
+        true
+    }
+
+    /// The second half, at plant time `end`: outputs published.
+    pub fn end_scan(&mut self, end: u64) -> LaneState {
+        self.finish(end);
         self.state
     }
 
+    /// What every execution of a lane begins with; false when it does not run any more.
+    fn begin(&mut self, moment: Moment) -> bool {
+        if matches!(self.state, LaneState::Stopped | LaneState::Faulted) {
+            return false;
+        }
+        self.moment = moment;
+        if self.state == LaneState::Starting {
+            self.state = LaneState::Running;
+            self.parts.recorder.push(Entry::new(moment.stamp, Kind::Lane, self.parts.source, "started"));
+        }
+        self.parts.forces.update();
+        self.release_one_shots();
+        self.take_requests(moment.stamp);
+        true
+    }
+
     /// Statistics, watchdog, trace, publication.
-    fn finish(&mut self, due: u64, now: u64, end: u64) {
-        let scan_time = end.saturating_sub(now);
-        self.statistics.scan(due, now, end);
-        self.statistics.report(now, &mut self.parts.recorder, self.parts.source);
+    fn finish(&mut self, end: u64) {
+        let Moment { due, start, stamp } = self.moment;
+        let scan_time = end.saturating_sub(start);
+        self.statistics.scan(due, start, end);
+        self.statistics.report(stamp, &mut self.parts.recorder, self.parts.source);
         if self.state == LaneState::Running && scan_time > self.parts.watchdog {
             let watchdog = self.parts.watchdog;
             self.fail(
-                now,
+                stamp,
                 format_args!("the scan took {} us, the watchdog allows {} us", scan_time / 1000, watchdog / 1000),
             );
         }
         self.parts.cells[STATE as usize] = self.state as u64;
         self.statistics.write(&mut self.parts.cells);
-        self.parts.tracer.scan(now, &self.parts.cells);
-        self.parts.recorder.settle(now);
-        self.parts.region.publish(&self.parts.cells, now);
+        self.parts.tracer.scan(stamp, &self.parts.cells);
+        self.parts.recorder.settle(stamp);
+        self.parts.region.publish(&self.parts.cells, stamp);
+        for follower in &mut self.parts.followers {
+            follower.notify(end, &self.parts.cells);
+        }
     }
 
     /// Stops in order: outputs become safe through the drivers, the last values stay visible.
@@ -212,8 +260,10 @@ impl Lane {
             self.state = LaneState::Stopped;
             self.statistics.settle(now, &mut self.parts.recorder, self.parts.source);
             self.settle_messages(now);
+            self.settle_arrivals(now);
             self.parts.recorder.push(Entry::new(now, Kind::Lane, self.parts.source, "stopped"));
             self.publish_state(now);
+            self.write_points(now);
         }
     }
 
@@ -221,6 +271,16 @@ impl Lane {
         self.parts.cells[STATE as usize] = self.state as u64;
         self.parts.recorder.settle(now);
         self.parts.region.publish(&self.parts.cells, now);
+    }
+}
+
+impl LaneParts {
+    /// Takes a snapshot of every foreign region: lanes first, then drivers, so that no effect is seen without its cause.
+    #[inline]
+    fn import(&mut self) {
+        for (reader, wanted) in &self.imports {
+            reader.gather(wanted, &mut self.cells);
+        }
     }
 }
 

@@ -7,6 +7,8 @@ use rustix::time::{Timespec, clock_gettime};
 pub trait Clock: Send + Sync {
     /// Plant time, ns since the start.
     fn now(&self) -> u64;
+    /// Plant time of a CLOCK_MONOTONIC time, ns: kernels stamp edges with that.
+    fn plant_time(&self, monotonic: u64) -> u64;
     /// Sleeps until a plant time (absolute: no drift); returns early on a signal.
     fn sleep_until(&self, time: u64);
 }
@@ -31,6 +33,10 @@ impl MachineClock {
 impl Clock for MachineClock {
     fn now(&self) -> u64 {
         monotonic().saturating_sub(self.start)
+    }
+
+    fn plant_time(&self, monotonic: u64) -> u64 {
+        monotonic.saturating_sub(self.start)
     }
 
     fn sleep_until(&self, time: u64) {

@@ -3,6 +3,7 @@
 mod clock;
 mod real_time;
 mod stimulus;
+mod thread;
 mod virtual_time;
 
 pub use clock::{Clock, MachineClock};
@@ -112,5 +113,30 @@ impl Outcome {
     /// True when a lane was stopped by a fault.
     pub fn faulted(&self) -> bool {
         self.lanes.iter().any(|l| l.state == LaneState::Faulted)
+    }
+}
+
+/// The next deadline after `due`: the grid stays; deadlines that have passed are left out, not made up for.
+fn next_due(due: u64, now: u64, every: u64) -> u64 {
+    let passed = now.saturating_sub(due) / every;
+    due.saturating_add(every.saturating_mul(passed.max(1)))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::next_due;
+
+    #[test]
+    fn deadlines_stay_on_their_grid() {
+        for (what, now, next) in [
+            ("in time", 1_003, 1_010),
+            ("at the very end of the period", 1_010, 1_010),
+            ("an overrun: the next scan begins at once, late", 1_012, 1_010),
+            ("two periods long: one deadline is left out", 1_025, 1_020),
+            ("a clock that went back", 990, 1_010),
+        ] {
+            assert_eq!(next_due(1_000, now, 10), next, "{what}");
+        }
+        assert_eq!(next_due(u64::MAX - 3, u64::MAX, 10), u64::MAX);
     }
 }

@@ -3,7 +3,6 @@
 use super::{Clock, Control, Observer, Outcome, RunOptions};
 use crate::assemble::{DriverParts, Plant};
 use crate::lane::{Lane, LaneState};
-use crate::model;
 use latchwork_block::Ticker;
 use latchwork_image::Quality;
 use latchwork_io::IoThread;
@@ -14,17 +13,11 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread::JoinHandle;
 use std::time::Duration;
-use thread_priority::{
-    RealtimeThreadSchedulePolicy, ThreadPriority, ThreadSchedulePolicy, set_thread_priority_and_policy,
-    thread_native_id,
-};
 
 /// Period of the caller's housekeeping: restarts, records, display, ns.
 const HOUSEKEEPING: u64 = 5_000_000;
 /// Records wait this long for older ones of other lanes, ns.
 const SETTLE: u64 = 20_000_000;
-/// A lane looks for a stop at least this often, ns.
-const NAP: u64 = 50_000_000;
 /// Lanes wait this long for the first reading of every driver, ns: a block need not see zeros that nobody has read.
 const FIRST_READING: u64 = 1_000_000_000;
 /// Time the drivers have to write their safe values.
@@ -42,14 +35,15 @@ pub fn run_real(
     let io = start_drivers(std::mem::take(&mut plant.drivers), &clock);
     wait_for_readings(&plant, &*clock, stop);
     let stop_lanes = Arc::new(AtomicBool::new(false));
+    let counted = plant.lanes.iter().position(|l| !l.is_interrupt()).unwrap_or(0);
     let mut threads = Vec::new();
     let mut lost = Vec::new();
     for lane in std::mem::take(&mut plant.lanes) {
         let config = plant.model.lanes[lane.index()].clone();
-        let scans = options.scans.filter(|_| lane.index() == 0);
+        let scans = options.scans.filter(|_| lane.index() == counted);
         let (clock, stop) = (Arc::clone(&clock), Arc::clone(&stop_lanes));
         let name = config.name.clone();
-        let body = move || drive(lane, &config, scans, &*clock, &stop);
+        let body = move || super::thread::drive(lane, &config, scans, &*clock, &stop);
         match std::thread::Builder::new().name(format!("lane-{name}")).spawn(body) {
             Ok(thread) => threads.push(thread),
             Err(error) => lost.push(format!("lane `{name}` got no thread: {error}")),
@@ -60,13 +54,13 @@ pub fn run_real(
     loop {
         let now = clock.now();
         while let Some(next) = stimulus.next_if(|s| s.time <= now) {
-            plant.stimulate(next.action);
+            plant.stimulate(next.action, now);
         }
         plant.sim.publish(now);
         plant.supervisor.pump();
         plant.drain(now.saturating_sub(SETTLE), observer);
         let over = options.duration.is_some_and(|d| now >= d)
-            || (options.scans.is_some() && threads.first().is_none_or(JoinHandle::is_finished))
+            || (options.scans.is_some() && threads.get(counted).is_none_or(JoinHandle::is_finished))
             || threads.iter().all(JoinHandle::is_finished)
             || stop.load(Ordering::Relaxed);
         if observer.tick(now) == Control::Stop || over || !lost.is_empty() {
@@ -77,6 +71,7 @@ pub fn run_real(
         clock.sleep_until(next);
     }
     stop_lanes.store(true, Ordering::Relaxed);
+    plant.wakes.iter().for_each(|w| w.wake());
     let mut lanes: Vec<Lane> = threads.into_iter().filter_map(|t| t.join().ok()).collect();
     io.stop(DRIVERS_STOP);
     plant.drain(u64::MAX, observer);
@@ -95,77 +90,15 @@ pub fn run_real(
 fn wait_for_readings(plant: &Plant, clock: &dyn Clock, stop: &AtomicBool) {
     let waiting = |driver: usize| {
         let config = &plant.model.drivers[driver];
-        let inputs = config.config.points.iter().filter(|p| p.safe.is_none()).count() as u32;
+        let inputs = plant.model.region_inputs(driver).count() as u32;
         let region = &plant.regions[plant.layout.driver_region(driver) as usize];
         let good = |n: u32| Quality::from_cell(region.cell(2 * n + 1)) == Quality::Good;
         // The first publication says that nothing has been read yet, the second how the first reading went.
-        !plant.model.sim
-            && config.kind.name != "sim"
-            && region.publications() < 2
-            && !(0..inputs).any(good)
-            && inputs > 0
+        !config.simulated(plant.model.sim) && region.publications() < 2 && !(0..inputs).any(good) && inputs > 0
     };
     let end = clock.now().saturating_add(FIRST_READING);
     while (0..plant.model.drivers.len()).any(waiting) && clock.now() < end && !stop.load(Ordering::Relaxed) {
         clock.sleep_until(clock.now().saturating_add(1_000_000));
-    }
-}
-
-/// One lane's thread.
-fn drive(mut lane: Lane, config: &model::Lane, scans: Option<u64>, clock: &dyn Clock, stop: &AtomicBool) -> Lane {
-    set_priority(&mut lane, config, clock);
-    let start = clock.now();
-    let mut due = start;
-    loop {
-        while clock.now() < due && !stop.load(Ordering::Relaxed) {
-            clock.sleep_until(due.min(clock.now() + NAP));
-        }
-        if stop.load(Ordering::Relaxed) || scans.is_some_and(|n| lane.statistics().scans >= n) {
-            lane.stop(clock.now());
-            return lane;
-        }
-        let now = clock.now();
-        if lane.scan(due, now, || clock.now()) == LaneState::Faulted {
-            return lane;
-        }
-        due = next_due(due, clock.now(), config.every);
-    }
-}
-
-/// The next deadline after `due`: the grid stays; deadlines that have passed are left out, not made up for.
-fn next_due(due: u64, now: u64, every: u64) -> u64 {
-    let passed = now.saturating_sub(due) / every;
-    due.saturating_add(every.saturating_mul(passed.max(1)))
-}
-
-fn set_priority(lane: &mut Lane, config: &model::Lane, clock: &dyn Clock) {
-    let policy = ThreadSchedulePolicy::Realtime(RealtimeThreadSchedulePolicy::Fifo);
-    let priority = thread_priority::ThreadPriorityValue::try_from(config.priority);
-    let set = priority.map_err(|e| e.to_string()).and_then(|p| {
-        set_thread_priority_and_policy(thread_native_id(), ThreadPriority::Crossplatform(p), policy)
-            .map_err(|e| format!("{e:?}"))
-    });
-    if let Err(why) = set {
-        lane.note(
-            clock.now(),
-            "no-real-time",
-            format_args!(
-                "SCHED_FIFO priority {} was refused ({why}): the lane runs with ordinary priority and may be late; allow it \
-                 with `setcap cap_sys_nice+ep` or an rtprio limit",
-                config.priority
-            ),
-        );
-    }
-    if let Some(cpu) = config.cpu {
-        let mut set = rustix::thread::CpuSet::new();
-        set.set(cpu);
-        if let Err(error) = rustix::thread::sched_setaffinity(None, &set) {
-            lane.note(
-                clock.now(),
-                "not-pinned",
-                format_args!("cpu = {cpu} was refused ({error}); any CPU runs the lane"),
-            );
-        }
     }
 }
 
@@ -196,23 +129,4 @@ fn reporter(
             recorder.push(entry.text(format_args!("{}", event.text)));
         }
     })
-}
-
-#[cfg(test)]
-mod tests {
-    use super::next_due;
-
-    #[test]
-    fn deadlines_stay_on_their_grid() {
-        for (what, now, next) in [
-            ("in time", 1_003, 1_010),
-            ("at the very end of the period", 1_010, 1_010),
-            ("an overrun: the next scan begins at once, late", 1_012, 1_010),
-            ("two periods long: one deadline is left out", 1_025, 1_020),
-            ("a clock that went back", 990, 1_010),
-        ] {
-            assert_eq!(next_due(1_000, now, 10), next, "{what}");
-        }
-        assert_eq!(next_due(u64::MAX - 3, u64::MAX, 10), u64::MAX);
-    }
 }

@@ -1,41 +1,95 @@
-//! Virtual time: one thread, lanes in the order of their deadlines, the same result on every machine.
+//! Virtual time: one thread, everything in the order of its time, the same result on every machine.
+//!
+//! What happens next is the earliest of: a row of the stimulus, the end of a scan (`[sim.scan-time]` makes scans take time),
+//! the beginning of one, an edge or tick that waits for an interrupt lane, the end of a storm. At the same time they come in
+//! that order; lanes by priority, then as in the file.
 
 use super::{Control, Observer, Outcome, RunOptions};
 use crate::assemble::Plant;
-use crate::lane::LaneState;
+use crate::lane::{Lane, LaneState};
 use latchwork_block::Ticker;
+use std::cmp::Reverse;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
-/// Runs a plant as fast as it goes. Lanes due at the same time run by priority, then in the order of the file.
+/// What a lane does next.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+enum Step {
+    /// Its scan ends.
+    End,
+    /// Its scan begins, or an execution for what waits.
+    Begin,
+    /// Held edges, ends of storms.
+    Calm,
+}
+
+/// Where a lane is.
+struct Progress {
+    /// When its next scan or poll is due.
+    due: u64,
+    /// When the scan that has begun ends, and the time of its records.
+    busy: Option<(u64, u64)>,
+    /// Scans begun, to choose the next scan time.
+    begun: usize,
+}
+
+impl Progress {
+    /// The next step of a lane and its time; `now` is the earliest.
+    fn next(&self, lane: &Lane, now: u64) -> Option<(u64, Step)> {
+        if matches!(lane.state(), LaneState::Stopped | LaneState::Faulted) {
+            return None;
+        }
+        if let Some((end, _)) = self.busy {
+            return Some((end, Step::End));
+        }
+        let Some(arrivals) = lane.arrivals() else { return Some((self.due, Step::Begin)) };
+        let waiting = arrivals.peek().map(|time| (time.max(now), Step::Begin));
+        let poll = lane.polls().then_some((self.due, Step::Begin));
+        let calm = arrivals.deadline().map(|time| (time.max(now), Step::Calm));
+        [waiting, poll, calm].into_iter().flatten().min()
+    }
+}
+
+/// Runs a plant as fast as it goes.
 pub fn run_virtual(mut plant: Plant, options: &RunOptions, stop: &AtomicBool, observer: &mut dyn Observer) -> Outcome {
     // Plant time stands still in a scan, but a block that never ends must be stopped by some clock.
     let _ticker = Ticker::start(&plant.engine, Duration::from_nanos(plant.tick));
-    let mut due: Vec<u64> = vec![0; plant.lanes.len()];
+    let mut progress: Vec<_> = plant.lanes.iter().map(|_| Progress { due: 0, busy: None, begun: 0 }).collect();
     let mut stimulus = options.stimulus.iter().peekable();
+    let counted = plant.lanes.iter().position(|l| !l.is_interrupt()).unwrap_or(0);
     let mut now = 0;
+    plant.lanes.iter_mut().for_each(|lane| lane.begin_interrupts(0));
     loop {
         let next = (0..plant.lanes.len())
-            .filter(|i| !matches!(plant.lanes[*i].state(), LaneState::Stopped | LaneState::Faulted))
-            .min_by_key(|i| (due[*i], std::cmp::Reverse(plant.model.lanes[*i].priority), *i));
+            .filter_map(|i| progress[i].next(&plant.lanes[i], now).map(|(time, step)| (time, step, i)))
+            .min_by_key(|(time, step, i)| (*time, *step, Reverse(plant.model.lanes[*i].priority), *i));
         // Without a lane that runs, nothing would ever happen again.
-        let Some(lane) = next else { break };
-        if options.duration.is_some_and(|d| due[lane] >= d) {
+        let alive = plant.lanes.iter().any(|l| matches!(l.state(), LaneState::Starting | LaneState::Running));
+        let row = stimulus.peek().map(|row| row.time).filter(|row| alive && next.is_none_or(|(time, ..)| *row <= time));
+        let Some(time) = row.or(next.map(|(time, ..)| time)) else { break };
+        if options.duration.is_some_and(|d| time >= d) {
             now = options.duration.unwrap_or(now);
             break;
         }
-        if options.scans.is_some_and(|n| plant.lanes[0].statistics().scans >= n) {
+        if options.scans.is_some_and(|n| plant.lanes[counted].statistics().scans >= n) {
             break;
         }
-        now = due[lane];
-        while let Some(next) = stimulus.next_if(|s| s.time <= now) {
-            plant.stimulate(next.action);
+        now = now.max(time);
+        if let Some(row) = stimulus.next_if(|_| row.is_some()) {
+            plant.stimulate(row.action, now);
+            plant.lanes.iter_mut().for_each(Lane::collect);
+            continue;
         }
+        let Some((_, step, index)) = next else { break };
         plant.sim.publish(now);
-        plant.lanes[lane].scan(now, now, || now);
-        due[lane] = now.saturating_add(plant.lanes[lane].every());
+        plant.step(&mut progress[index], index, step, now);
+        plant.lanes.iter_mut().for_each(Lane::collect);
         plant.supervisor.pump();
-        plant.drain(now, observer);
+        // A record may still come with the time of the oldest edge that waits, or of a scan that has not ended.
+        let waiting = plant.lanes.iter().filter_map(|l| l.arrivals()?.oldest());
+        let scanning = progress.iter().filter_map(|p| p.busy.map(|(_, stamp)| stamp));
+        let settled = waiting.chain(scanning).min().map_or(now, |oldest| oldest.min(now));
+        plant.drain(settled, observer);
         if observer.tick(now) == Control::Stop || stop.load(Ordering::Relaxed) {
             break;
         }
@@ -48,6 +102,52 @@ pub fn run_virtual(mut plant: Plant, options: &RunOptions, stop: &AtomicBool, ob
 }
 
 impl Plant {
+    /// Takes a step of a lane at plant time `now`.
+    fn step(&mut self, progress: &mut Progress, index: usize, step: Step, now: u64) {
+        let (lane, config) = (&mut self.lanes[index], &self.model.lanes[index]);
+        match step {
+            Step::Calm => lane.calm(now),
+            Step::End => {
+                progress.busy = None;
+                end(lane, now);
+                if !lane.is_interrupt() || lane.polls() {
+                    progress.due = super::next_due(progress.due, now, config.every.max(1));
+                }
+                lane.calm(now);
+            }
+            Step::Begin => {
+                let arrival = match lane.arrivals().and_then(|a| a.peek()) {
+                    Some(time) if time <= now => lane.next_arrival(),
+                    _ => None,
+                };
+                let (stamp, begun) = match arrival {
+                    Some(arrival) => (arrival.time, lane.begin_activation(arrival, now)),
+                    None if lane.is_interrupt() => (now, lane.begin_poll(progress.due, now)),
+                    None => (now, lane.begin_scan(progress.due, now)),
+                };
+                let of_grid = arrival.is_none();
+                if !begun {
+                    if of_grid {
+                        progress.due = super::next_due(progress.due, now, config.every.max(1));
+                    }
+                    return;
+                }
+                let times = &config.scan_times;
+                let takes = if times.is_empty() { 0 } else { times[progress.begun % times.len()] };
+                progress.begun += 1;
+                if takes > 0 {
+                    progress.busy = Some((now.saturating_add(takes), stamp));
+                    return;
+                }
+                end(lane, now);
+                if of_grid {
+                    progress.due = super::next_due(progress.due, now, config.every.max(1));
+                }
+                lane.calm(now);
+            }
+        }
+    }
+
     /// Passes on the trace rows there are and the records older than `before`.
     pub(super) fn drain(&mut self, before: u64, observer: &mut dyn Observer) {
         for changes in &mut self.trace {
@@ -57,4 +157,12 @@ impl Plant {
         }
         self.router.release(before, |record| observer.record(record));
     }
+}
+
+fn end(lane: &mut Lane, now: u64) {
+    if lane.is_interrupt() {
+        lane.end_activation(now)
+    } else {
+        lane.end_scan(now)
+    };
 }

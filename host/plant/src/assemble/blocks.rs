@@ -1,0 +1,56 @@
+//! Blocks: each instantiated and configured once before anything moves.
+
+use super::{AssembleError, Time};
+use crate::model::Model;
+use crate::supervisor::Recipe;
+use latchwork_block::{Class, Limits, Template};
+use std::collections::HashMap;
+
+/// Period of the epoch ticker for a shortest budget, ns.
+pub(super) fn tick_ns(shortest_budget: u64, time: Time) -> u64 {
+    match time {
+        Time::Real => (shortest_budget / 2).clamp(500_000, 10_000_000),
+        Time::Virtual => 10_000_000,
+    }
+}
+
+pub(super) fn instantiate(
+    model: &Model,
+    time: Time,
+    tick: u64,
+) -> Result<(Vec<Recipe>, Vec<latchwork_block::Instance>), AssembleError> {
+    let mut templates: HashMap<(String, String), Template> = HashMap::new();
+    let (mut recipes, mut instances) = (Vec::new(), Vec::new());
+    for b in &model.blocks {
+        let key = (b.component.hash().to_string(), b.class.name.clone());
+        let template = match templates.get(&key) {
+            Some(t) => t.clone(),
+            None => {
+                let load = |error| AssembleError::Load { block: b.name.clone(), error };
+                let t = b.component.template(&b.class).map_err(load)?;
+                templates.insert(key, t.clone());
+                t
+            }
+        };
+        // At virtual time the wall clock decides nothing but what never ends.
+        let budget = if time == Time::Virtual { b.budget.max(1_000_000_000) } else { b.budget };
+        let limits = Limits { memory: b.memory, budget_ticks: budget.div_ceil(tick) + 1, ..Limits::default() };
+        let wrong = |message: String| AssembleError::Block { block: b.name.clone(), message };
+        let mut probe = template.instantiate(&limits).map_err(|f| wrong(f.to_string()))?;
+        let defaults = probe.defaults().map_err(|f| wrong(f.to_string()))?;
+        let settings = complete(&b.class, &b.settings, defaults.as_deref());
+        if let Err(sentence) = probe.configure(&settings).map_err(|f| wrong(f.to_string()))? {
+            return Err(wrong(format!("it refuses its settings: {sentence}")));
+        }
+        recipes.push(Recipe { template, limits, settings });
+        instances.push(probe);
+    }
+    Ok((recipes, instances))
+}
+
+/// The file's settings, completed by the component's defaults, or 0.
+fn complete(class: &Class, given: &[Option<u64>], defaults: Option<&[u64]>) -> Vec<u64> {
+    (0..class.settings.len())
+        .map(|i| given.get(i).copied().flatten().or_else(|| defaults.and_then(|d| d.get(i).copied())).unwrap_or(0))
+        .collect()
+}

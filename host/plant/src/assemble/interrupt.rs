@@ -1,0 +1,137 @@
+//! Interrupt lanes: their inputs, and who tells them what.
+
+use super::points::{DriverSources, direct_parts};
+use super::{AssembleError, Time};
+use crate::lane::{Arrivals, EdgeInput, EdgeKind, Feed, Follower, Interrupt, Wake, Watched};
+use crate::layout::{Layout, Probe};
+use crate::model::{self, Model, TagRef};
+use crate::sim::{SimEdge, SimPoints};
+use latchwork_image::{Location, Quality, Resolved};
+use std::sync::Arc;
+
+/// Events one source may have under way to one lane.
+const EVENTS: usize = 4096;
+
+/// What the lanes need besides their blocks, by lane.
+pub(super) struct Interrupts {
+    interrupts: Vec<Option<Box<Interrupt>>>,
+    pub(super) followers: Vec<Vec<Follower>>,
+    pub(super) initial: Vec<Vec<(u32, u64)>>,
+    pub(super) wakes: Vec<Arc<Wake>>,
+}
+
+impl Interrupts {
+    pub(super) fn new(
+        model: &Model,
+        layout: &Layout,
+        sources: &[DriverSources],
+        sim: &mut SimPoints,
+        time: Time,
+    ) -> Result<Self, AssembleError> {
+        let lanes = model.lanes.len();
+        let mut all = Self {
+            interrupts: (0..lanes).map(|_| None).collect(),
+            followers: (0..lanes).map(|_| Vec::new()).collect(),
+            initial: (0..lanes).map(|_| Vec::new()).collect(),
+            wakes: Vec::new(),
+        };
+        for (index, lane) in model.lanes.iter().enumerate() {
+            if let Some(interrupt) = &lane.interrupt {
+                all.add(model, layout, sources, sim, time, index, interrupt)?;
+            }
+        }
+        Ok(all)
+    }
+
+    pub(super) fn take(&mut self, lane: usize) -> Option<Box<Interrupt>> {
+        self.interrupts[lane].take()
+    }
+
+    #[expect(clippy::too_many_arguments, reason = "one call, everything assembled so far")]
+    fn add(
+        &mut self,
+        model: &Model,
+        layout: &Layout,
+        sources: &[DriverSources],
+        sim: &mut SimPoints,
+        time: Time,
+        lane: usize,
+        of: &model::Interrupt,
+    ) -> Result<(), AssembleError> {
+        let failed = |message| AssembleError::Lane { lane: model.lanes[lane].name.clone(), message };
+        let wake = match time {
+            Time::Real => Some(Arc::new(Wake::new().map_err(|e| failed(format!("no eventfd: {e}")))?)),
+            Time::Virtual => None,
+        };
+        self.wakes.extend(wake.clone());
+        let source = |(driver, point): &(usize, usize)| sources[*driver].point(&model.drivers[*driver], *point);
+        let names: Vec<_> = of.on.iter().map(source).collect();
+        let (mut events, mut edges, mut watched) = (Vec::new(), Vec::new(), Vec::new());
+        let mut queue = |ticks, feeds| {
+            let (producer, consumer) = rtrb::RingBuffer::new(EVENTS);
+            events.push(consumer);
+            Follower { ticks, feeds, events: producer, wake: wake.clone() }
+        };
+        let mut feeds: Vec<(usize, Feed)> = Vec::new();
+        if of.poll {
+            for (on, name) in of.on.iter().zip(&names) {
+                let tag = layout.ids[&TagRef::Point { driver: on.0, point: on.1 }];
+                let ty = layout.tags.get(tag).ty.clone();
+                watched.push(Watched { probe: layout.seen(lane, tag)?, ty, source: *name, last: None });
+            }
+        } else {
+            let mut simulated = Vec::new();
+            for (number, (driver, point)) in of.on.iter().enumerate() {
+                let (d, config) = (&model.drivers[*driver], &model.drivers[*driver].config.points[*point]);
+                let Some(cell) = layout.lanes[lane].served[number] else { continue };
+                let (input, kind) = (number as u32, EdgeKind::of(config));
+                let mut level = false;
+                if d.simulated(model.sim) {
+                    level = crate::sim::initial(config) & 1 == 1;
+                    self.initial[lane].push((cell + 1, Quality::Good.cell()));
+                    if let Some(wire) = &d.sources[*point] {
+                        let (from, probe) = feeding(layout, wire).ok_or_else(|| {
+                            failed(format!("`{}.{}` is fed by what no block makes", d.config.name, config.name))
+                        })?;
+                        feeds.push((from, Feed { probe, input, edge: kind, last: level, missed: 0 }));
+                    }
+                    let name = format!("{}.{}", d.config.name, config.name);
+                    simulated.push((name, SimEdge { input, edge: kind, last: level, missed: 0 }));
+                }
+                self.initial[lane].push((cell, u64::from(level)));
+                edges.push(EdgeInput { cell, level });
+            }
+            if !simulated.is_empty() {
+                let Follower { events, wake, .. } = queue(false, Vec::new());
+                sim.add_edges(simulated, events, wake);
+            }
+        }
+        for from in 0..model.lanes.len() {
+            let (mine, others): (Vec<_>, Vec<_>) = feeds.into_iter().partition(|(l, _)| *l == from);
+            feeds = others;
+            let ticks = of.also_with == Some(from);
+            if ticks || !mine.is_empty() {
+                self.followers[from].push(queue(ticks, mine.into_iter().map(|(_, f)| f).collect()));
+            }
+        }
+        let points = direct_parts(model, layout, lane, sources)
+            .map_err(|(driver, message)| AssembleError::Driver { driver, message })?;
+        let served: Vec<_> = layout.lanes[lane].served.iter().flatten().copied().collect();
+        let served = served.iter().min().map_or(0..0, |first| *first..served.iter().max().unwrap_or(first) + 2);
+        let arrivals = Arrivals::new(&names, of.queue, of.storm_limit);
+        self.interrupts[lane] = Some(Box::new(Interrupt { arrivals, edges, watched, points, events, wake, served }));
+        Ok(())
+    }
+}
+
+/// The lane whose block makes a tag, and where it sees it.
+fn feeding(layout: &Layout, wire: &model::Wire) -> Option<(usize, Probe)> {
+    match layout.tags.resolve(layout.ids[&wire.tag]).ok()? {
+        Resolved::Cell { location: Location { region, slot, bit, .. }, not }
+            if (region as usize) < layout.lanes.len() =>
+        {
+            Some((region as usize, Probe { cell: slot, shift: bit, not: not ^ wire.not }))
+        }
+        _ => None,
+    }
+}

@@ -1,0 +1,52 @@
+//! Two real threads: a cyclic lane sees the outputs of an interrupt lane as one snapshot, never the effect before the cause.
+
+use super::*;
+use latchwork_plant::assemble::Time;
+use latchwork_plant::model::TagRef;
+use latchwork_plant::run::resolve_stimulus;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+#[test]
+fn a_scan_sees_one_snapshot_of_the_interrupt_lane() {
+    let rest = "[block.again]\ncomponent = \"interlock-probe\"\nlane = \"main\"\n\
+                inputs = { a = \"gpio.door\", b = \"fast.outputs.a\", c = \"gpio.dump\" }";
+    let rig = plant("", "storm-limit = 1000000", rest).trace(None);
+    let mut plant = rig.plant(Time::Virtual);
+    let rows = b"time,tag,value\n0ms,gpio.door,true\n0ms,gpio.door,false\n";
+    let rows = latchwork_io::stimulus::read(&rows[..]).unwrap();
+    let stimulus = resolve_stimulus(&plant, &rows).unwrap();
+    let port = |name: &str, block: usize| {
+        let class = &plant.model.blocks[block].class;
+        let port = class.outputs.iter().position(|p| p.path == name).unwrap();
+        plant.layout.ids[&TagRef::Output { block, port }]
+    };
+    // The door itself and what the interlock made of it, through two blocks of the cyclic lane.
+    let mut seen = plant.view(&[port("b", 1), port("a", 2), port("b", 2)]);
+    let mut trip = plant.lanes.remove(1);
+    let mut main = plant.lanes.remove(0);
+    let done = AtomicBool::new(false);
+    std::thread::scope(|scope| {
+        scope.spawn(|| {
+            trip.begin_interrupts(0);
+            for n in 0..200_000u64 {
+                plant.stimulate(stimulus[(n % 2) as usize].action, n);
+                trip.collect();
+                while let Some(arrival) = trip.next_arrival() {
+                    trip.activate(arrival, n, || n);
+                }
+            }
+            done.store(true, Ordering::Relaxed);
+        });
+        let (mut scans, mut changes, mut last) = (0u64, 0u64, 0);
+        while !done.load(Ordering::Relaxed) || scans == 0 {
+            main.scan(scans, scans, || scans);
+            seen.refresh();
+            let (door, again, output) = (seen.cell(0), seen.cell(1), seen.cell(2));
+            assert_eq!((door, door), (again, output), "scan {scans}: two readers, or cause and effect, differ");
+            changes += u64::from(door != last);
+            last = door;
+            scans += 1;
+        }
+        assert!(changes > 10, "the lanes must have run against each other: {changes} changes in {scans} scans");
+    });
+}
