@@ -13,6 +13,7 @@
 
 pub mod direct;
 pub mod driver;
+pub mod gpio;
 pub mod kinds;
 mod modbus;
 mod rppal;
