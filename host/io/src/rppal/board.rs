@@ -51,9 +51,13 @@ pub(super) struct Board {
 }
 
 impl Board {
-    /// Maps the registers and finds the chip.
-    pub(super) fn open(model: Model) -> Result<Self, String> {
-        let gpio = Gpio::new().map_err(|error| explain(&error, model))?;
+    /// Finds the chip and, unless `mapped` has them, maps the registers. They must be kept while there are points: rppal
+    /// does not find a chip that came back under another number, and does not need to as long as somebody has them.
+    pub(super) fn open(model: Model, mapped: &mut Option<Gpio>) -> Result<Self, String> {
+        let gpio = match mapped {
+            Some(gpio) => gpio.clone(),
+            None => mapped.insert(Gpio::new().map_err(|error| explain(&error, model))?).clone(),
+        };
         let chips = gpiocdev::chip::chips().map_err(|e| format!("looking for /dev/gpiochip* failed: {e}"))?;
         let is_it = |chip: &Chip| chip.info().is_ok_and(|i| LABELS.contains(&i.label.as_str()));
         let chip = chips.into_iter().filter_map(|path| Chip::from_path(path).ok()).find(is_it);
@@ -96,7 +100,11 @@ impl Board {
 }
 
 fn no_chip() -> String {
-    format!("no /dev/gpiochip* carries the label {}: does the kernel have its driver?", LABELS.join(" or "))
+    format!(
+        "no /dev/gpiochip0, 1, … up to the first number that is missing carries the label {}: the kernel has no driver for \
+         the pins, or their chip came back under another number, which a restart of the machine mends",
+        LABELS.join(" or ")
+    )
 }
 
 /// What an error of rppal means, and the way out.

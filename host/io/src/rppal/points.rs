@@ -9,6 +9,7 @@ use super::place::{PinPlace, Place, PwmPlace};
 use super::pwm::{Closed, Pwm, ROOT};
 use crate::direct::{Direct, Edge, Report, Role};
 use crate::driver::{DriverConfig, IoEvent};
+use rppal::gpio::Gpio;
 use std::os::fd::BorrowedFd;
 use std::path::Path;
 
@@ -24,6 +25,8 @@ pub(super) struct Points {
     points: Vec<Point>,
     /// Points that are outputs, in their order.
     outputs: Vec<usize>,
+    /// The registers, once they are mapped.
+    mapped: Option<Gpio>,
     /// Why the board as a whole cannot be used, as it was told.
     told: Option<String>,
 }
@@ -76,14 +79,14 @@ impl Points {
         }
         let outputs = (0..points.len()).filter(|n| roles[*n] == Role::Output).collect();
         let pwm_chip = pwm_chip(&config.values);
-        Ok(Self { driver: config.name.clone(), pwm_chip, points, outputs, told: None })
+        Ok(Self { driver: config.name.clone(), pwm_chip, points, outputs, mapped: None, told: None })
     }
 
     /// The board, and its pins if any of them is to be opened.
-    fn board(&self) -> Result<(Model, Option<Board>), String> {
+    fn board(&mut self) -> Result<(Model, Option<Board>), String> {
         let model = Model::find()?;
         let pins = self.points.iter().any(|p| p.is_closed() && !matches!(p.wish, Wish::Pwm { .. }));
-        Ok((model, if pins { Some(Board::open(model)?) } else { None }))
+        Ok((model, if pins { Some(Board::open(model, &mut self.mapped)?) } else { None }))
     }
 
     /// The board as a whole cannot be used.

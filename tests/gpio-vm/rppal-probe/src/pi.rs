@@ -1,6 +1,7 @@
 //! The simulated board.
 
 use rustix::mount::{MountFlags, mount, mount_bind};
+use std::cell::RefCell;
 use std::fs::{self, File, OpenOptions};
 use std::os::unix::fs::FileExt;
 use std::path::{Path, PathBuf};
@@ -19,8 +20,8 @@ pub(crate) const HOLDER: &str = "somebody-else";
 /// The board.
 pub(crate) struct Pi {
     registers: File,
-    /// Folder of the pins of the chip.
-    pins: PathBuf,
+    /// Folder of the pins of the chip; another one each time it is plugged.
+    pins: RefCell<PathBuf>,
 }
 
 /// The machine says that it is a Raspberry Pi 3B and has registers, and no chip yet.
@@ -43,15 +44,22 @@ impl Pi {
         put(&format!("{hog}/name"), HOLDER)?;
         put(&format!("{hog}/direction"), "input")?;
         let registers = OpenOptions::new().read(true).write(true).open("/dev/gpiomem");
-        let mut pi = Self { registers: registers.map_err(|e| e.to_string())?, pins: PathBuf::new() };
+        let pi = Self { registers: registers.map_err(|e| e.to_string())?, pins: RefCell::default() };
         pi.plug()?;
-        pi.pins = pi.folder()?;
         Ok(pi)
     }
 
     /// The chip is there.
     pub(crate) fn plug(&self) -> Result<(), String> {
-        put(&format!("{SIM}/live"), "1")
+        put(&format!("{SIM}/live"), "1")?;
+        let chip = get(format!("{SIM}/bank0/chip_name"))?;
+        let device = get(format!("{SIM}/dev_name"))?;
+        let folder = Path::new("/sys/devices/platform").join(device).join(chip);
+        if !folder.exists() {
+            return Err(format!("there is no {}", folder.display()));
+        }
+        self.pins.replace(folder);
+        Ok(())
     }
 
     /// The chip is gone.
@@ -59,16 +67,9 @@ impl Pi {
         put(&format!("{SIM}/live"), "0")
     }
 
-    fn folder(&self) -> Result<PathBuf, String> {
-        let chip = get(format!("{SIM}/bank0/chip_name"))?;
-        let device = get(format!("{SIM}/dev_name"))?;
-        let folder = Path::new("/sys/devices/platform").join(device).join(chip);
-        if folder.exists() { Ok(folder) } else { Err(format!("there is no {}", folder.display())) }
-    }
-
     /// Puts a level on a pin from outside. It makes an edge; the register does not follow.
     pub(crate) fn pull(&self, pin: u8, high: bool) {
-        let path = self.pins.join(format!("sim_gpio{pin}/pull"));
+        let path = self.pins.borrow().join(format!("sim_gpio{pin}/pull"));
         fs::write(&path, if high { "pull-up" } else { "pull-down" }).expect("gpio-sim takes a level");
     }
 

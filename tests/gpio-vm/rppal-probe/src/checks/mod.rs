@@ -23,8 +23,9 @@ pub(crate) const ALL: &[Check] = &[
     ("edges of an active-low pin", edges::active_low),
     ("debounce swallows what does not hold, for edges and level", edges::debounced),
     ("a full queue is told as a gap", losses::overflow),
-    ("a chip that goes away is told, and works when it is back", losses::unplugged),
     ("nothing is allocated per edge, level and write", steady::no_allocation),
     ("PWM begins safe, follows, holds its range, is safe at the end", pwm::duty),
     ("the driver on the I/O thread reads, writes, is safe at the stop", cycle::driver),
+    // Last: the kernel never gives the number 0 again, and rppal begins its search there.
+    ("a chip that goes away is told, and works when it is back", losses::unplugged),
 ];
