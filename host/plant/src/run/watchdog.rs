@@ -94,7 +94,9 @@ fn explain(path: &Path, error: &io::Error) -> String {
     let way_out = match error.kind() {
         io::ErrorKind::NotFound => "is there a watchdog? On a Raspberry Pi: dtparam=watchdog=on in config.txt",
         io::ErrorKind::PermissionDenied => "it needs a udev rule that lets this user write it",
-        io::ErrorKind::ResourceBusy => "someone else holds it: systemd with RuntimeWatchdogSec, or the watchdog service",
+        io::ErrorKind::ResourceBusy => {
+            "someone else holds it: systemd with RuntimeWatchdogSec, or the watchdog service"
+        }
         _ => return format!("{}: {error}", path.display()),
     };
     format!("{}: {error}; {way_out}; `latchwork doctor` tells more", path.display())
