@@ -85,6 +85,11 @@ impl Port {
         Some((place, self.groups.get(place)?.as_ref()?))
     }
 
+    /// The open request at a place, if it is of this use. Losing the chip closes all requests, also those still to come.
+    fn used(&mut self, place: usize, usage: Use) -> Option<&mut Group> {
+        self.groups.get_mut(place)?.as_mut().filter(|g| g.usage == usage)
+    }
+
     /// What becomes readable when edges of a point wait.
     pub(super) fn descriptor(&self, point: usize) -> Option<BorrowedFd<'_>> {
         let (_, group) = self.group(point)?;
@@ -132,7 +137,7 @@ impl Port {
     /// Reads all level points, one step per request, and hands on those that are open.
     pub(super) fn levels(&mut self, mut take: impl FnMut(usize, bool), report: Report<'_>) {
         for place in 0..self.groups.len() {
-            let Some(group) = self.groups[place].as_mut().filter(|g| g.usage == Use::Level) else { continue };
+            let Some(group) = self.used(place, Use::Level) else { continue };
             if let Err(error) = group.levels(&mut take) {
                 self.fail(place, "reading it", &error, report);
             }
@@ -142,7 +147,11 @@ impl Port {
     /// Writes what differs from what the outputs show, one step per request; one cell per output.
     pub(super) fn write(&mut self, outputs: &[u64], report: Report<'_>) {
         for place in 0..self.groups.len() {
-            let Some(group) = self.groups[place].as_mut().filter(|g| g.usage == Use::Output) else { continue };
+            // Losing the chip closes all requests, also those still to come.
+            let Some(group) = self.groups.get_mut(place).and_then(Option::as_mut) else { continue };
+            if group.usage != Use::Output {
+                continue;
+            }
             let lines = &self.lines;
             let wanted = |point: usize| match outputs.get(lines[point].output) {
                 Some(cell) => *cell != 0,
