@@ -6,7 +6,7 @@ use std::path::PathBuf;
 const AFTER: &str = "\
 Exit codes:
   0  fine
-  1  found wanting: errors in the plant file, a component that does not fit
+  1  found wanting: errors in the plant file, a component that does not fit, a machine not ready
   2  the command line is wrong
   3  a lane of the plant was stopped by a fault
 
@@ -51,6 +51,8 @@ pub(crate) enum Command {
     Inspect(Inspect),
     /// List every tag of a plant with its type and its writer.
     Tags(Tags),
+    /// Tell how ready this machine is for real-time control, and what mends each shortcoming.
+    Doctor(Doctor),
     /// Print the JSON Schema of the plant file, for editors.
     ///
     /// In VS Code with the Even Better TOML extension, put `#:schema plant.schema.json` in the first line of the plant
@@ -140,6 +142,17 @@ pub(crate) struct Tags {
     #[arg(long)]
     pub(crate) sim: bool,
     /// Print as JSON.
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
+/// `latchwork doctor`
+#[derive(ClapArgs, Debug)]
+pub(crate) struct Doctor {
+    /// A plant file: only what this plant needs is bad when it is missing, the rest is a note.
+    #[arg(value_name = "PLANT")]
+    pub(crate) plant: Option<PathBuf>,
+    /// Print as JSON: a list of {check, status, found, why, mend}.
     #[arg(long)]
     pub(crate) json: bool,
 }

@@ -1,6 +1,7 @@
 //! One module per command.
 
 mod check;
+mod doctor;
 mod inspect;
 mod run;
 mod schema;
@@ -8,6 +9,7 @@ mod tags;
 
 use crate::Exit;
 use crate::args::{Args, Command};
+use crate::doctor::Cache;
 use crate::report;
 use anyhow::{Context, Result};
 use latchwork_block::{Engine, EngineOptions};
@@ -23,13 +25,26 @@ pub(crate) fn execute(args: Args) -> Result<Exit> {
         Command::Check(check) => check::execute(&engine()?, check),
         Command::Inspect(inspect) => inspect::execute(&engine()?, inspect),
         Command::Tags(tags) => tags::execute(&engine()?, tags),
+        Command::Doctor(doctor) => doctor::execute(engine, doctor, folder(args.cache.clone(), args.no_cache)),
         Command::Schema => schema::execute(),
     }
 }
 
 fn engine(cache: Option<PathBuf>, no_cache: bool) -> Result<Engine> {
-    let cache = if no_cache { None } else { cache.or_else(default_cache) };
+    let cache = match folder(cache, no_cache) {
+        Cache::Folder(folder) => Some(folder),
+        Cache::Unwanted | Cache::Unknown => None,
+    };
     Engine::new(EngineOptions { cache, ..EngineOptions::default() }).context("the WebAssembly engine did not start")
+}
+
+/// Where compiled components are kept.
+fn folder(cache: Option<PathBuf>, no_cache: bool) -> Cache {
+    match cache.or_else(default_cache) {
+        _ if no_cache => Cache::Unwanted,
+        Some(folder) => Cache::Folder(folder),
+        None => Cache::Unknown,
+    }
 }
 
 /// `$XDG_CACHE_HOME/latchwork`, else `~/.cache/latchwork`.
