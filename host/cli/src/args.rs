@@ -53,6 +53,12 @@ pub(crate) enum Command {
     Tags(Tags),
     /// Tell how ready this machine is for real-time control, and what mends each shortcoming.
     Doctor(Doctor),
+    /// List the GPIO chips of this machine, their lines, and who holds them.
+    ///
+    /// A plant file's `gpio` driver names a chip by path, name or label, and its lines by number or name: here they are.
+    /// Nothing is taken or changed, so this may be used while a plant runs. Where the user may not open a chip, it says
+    /// which group or udev rule helps.
+    Gpio(Gpio),
     /// Print the JSON Schema of the plant file, for editors.
     ///
     /// In VS Code with the Even Better TOML extension, put `#:schema plant.schema.json` in the first line of the plant
@@ -153,6 +159,17 @@ pub(crate) struct Doctor {
     #[arg(value_name = "PLANT")]
     pub(crate) plant: Option<PathBuf>,
     /// Print as JSON: a list of {check, status, found, why, mend}.
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
+/// `latchwork gpio`
+#[derive(ClapArgs, Debug)]
+pub(crate) struct Gpio {
+    /// Only this chip: its path, name or label, as in /dev/gpiochip0, gpiochip0 or pinctrl-bcm2711.
+    #[arg(long, value_name = "CHIP")]
+    pub(crate) chip: Option<String>,
+    /// Print as JSON: a list of {path, name, label, lines}.
     #[arg(long)]
     pub(crate) json: bool,
 }

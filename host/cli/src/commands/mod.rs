@@ -2,6 +2,7 @@
 
 mod check;
 mod doctor;
+mod gpio;
 mod inspect;
 mod run;
 mod schema;
@@ -26,6 +27,7 @@ pub(crate) fn execute(args: Args) -> Result<Exit> {
         Command::Inspect(inspect) => inspect::execute(&engine()?, inspect),
         Command::Tags(tags) => tags::execute(&engine()?, tags),
         Command::Doctor(doctor) => doctor::execute(engine, doctor, folder(args.cache.clone(), args.no_cache)),
+        Command::Gpio(gpio) => gpio::execute(gpio),
         Command::Schema => schema::execute(),
     }
 }

@@ -59,16 +59,18 @@ impl Port {
 
     /// Finds the numbers of lines; returns those that have one.
     fn resolve(&mut self, chip: &Chip, closed: &[usize], report: Report<'_>) -> Vec<usize> {
-        let lines: Vec<(Offset, String)> = match chip.line_info_iter() {
-            Ok(infos) => infos.filter_map(Result::ok).map(|i| (i.offset, i.name)).collect(),
-            Err(_) => Vec::new(),
-        };
+        // Asking for every line's name takes its time, and a lane waits meanwhile.
+        let named = closed.iter().any(|n| matches!(self.lines[*n].settings.select, Select::Name(_)));
+        let infos = chip.line_info_iter().ok().filter(|_| named);
+        let names: Vec<(Offset, String)> =
+            infos.into_iter().flatten().filter_map(Result::ok).map(|i| (i.offset, i.name)).collect();
+        let count = chip.info().map_or(0, |i| i.num_lines);
         for n in closed {
             self.lines[*n].offset = None;
         }
         let mut known = Vec::new();
         for n in closed.iter().copied() {
-            let found = number(&self.lines[n].settings.select, &lines).and_then(|offset| {
+            let found = number(&self.lines[n].settings.select, count, &names).and_then(|offset| {
                 match self.lines.iter().find(|l| l.offset == Some(offset)) {
                     Some(other) => Err(format!("line {offset} is the line of `{}` already", other.name)),
                     None => Ok(offset),
@@ -155,21 +157,20 @@ impl Port {
     }
 }
 
-/// The number of a line on a chip with these lines.
-fn number(select: &Select, lines: &[(Offset, String)]) -> Result<Offset, String> {
+/// The number of a line on a chip with this many lines and these names.
+fn number(select: &Select, count: u32, names: &[(Offset, String)]) -> Result<Offset, String> {
     let name = match select {
-        Select::Number(number) if lines.iter().any(|(o, _)| o == number) => return Ok(*number),
+        Select::Number(number) if *number < count => return Ok(*number),
         Select::Number(number) => {
-            let last = lines.iter().map(|(o, _)| *o).max().unwrap_or_default();
-            return Err(format!("there is no line {number}: the chip has lines 0 to {last}"));
+            return Err(format!("there is no line {number}: the chip has lines 0 to {}", count.saturating_sub(1)));
         }
         Select::Name(name) => name,
     };
-    let found: Vec<Offset> = lines.iter().filter(|(_, n)| n == name).map(|(o, _)| *o).collect();
+    let found: Vec<Offset> = names.iter().filter(|(_, n)| n == name).map(|(o, _)| *o).collect();
     match found[..] {
         [one] => Ok(one),
         [] => {
-            let near = nearest(name, lines.iter().map(|(_, n)| n.as_str()).filter(|n| !n.is_empty()));
+            let near = nearest(name, names.iter().map(|(_, n)| n.as_str()).filter(|n| !n.is_empty()));
             let hint = near.map_or(String::new(), |n| format!(" (did you mean \"{n}\"?)"));
             Err(format!("no line of the chip is named \"{name}\"{hint}; `latchwork gpio` lists them"))
         }
@@ -208,11 +209,11 @@ mod tests {
     #[test]
     fn lines_are_found_by_number_and_by_a_name_that_is_there_once() {
         let chip = [(0, "GPIO0".to_owned()), (1, "TWIN".to_owned()), (2, "TWIN".to_owned()), (3, String::new())];
-        let by_name = |n: &str| number(&Select::Name(n.into()), &chip);
-        assert_eq!(number(&Select::Number(3), &chip), Ok(3));
+        let by_name = |n: &str| number(&Select::Name(n.into()), 4, &chip);
+        assert_eq!(number(&Select::Number(3), 4, &[]), Ok(3));
         assert_eq!(by_name("GPIO0"), Ok(0));
         let errors: Vec<String> =
-            [number(&Select::Number(4), &chip), by_name("GPIO1"), by_name("pump"), by_name("TWIN")]
+            [number(&Select::Number(4), 4, &[]), by_name("GPIO1"), by_name("pump"), by_name("TWIN")]
                 .into_iter()
                 .filter_map(Result::err)
                 .collect();
