@@ -6,6 +6,7 @@ use latchwork_block::{Class, Component};
 use latchwork_image::Type;
 use latchwork_io::direct::Role;
 use latchwork_io::driver::{DriverConfig, DriverKind};
+use std::path::PathBuf;
 use std::sync::Arc;
 
 /// A plant, checked.
@@ -20,6 +21,8 @@ pub struct Model {
     pub blocks: Vec<Block>,
     /// Every driver is replaced by `sim`.
     pub sim: bool,
+    /// Hardware watchdog and its timeout, ns.
+    pub watchdog: Option<(PathBuf, u64)>,
 }
 
 /// One lane.

@@ -176,7 +176,6 @@ fn one_mistake_is_one_message() {
             ("folders of a wrong kind", good.replace("[\"components\", \"test-components\"]", "\"components\"")),
             ("[lane.main] misspelt", good.replace("[lane.main]", "[lnae.main]")),
             ("no lane", good.replace("[lane.main]\nevery = \"10ms\"\n", "")),
-            ("an interrupt lane with blocks", good.replace("every = \"10ms\"", "on = [\"hall.button\"]")),
             ("a lane that is none", good.replace("[lane.main]\nevery = \"10ms\"", "[lane]\nmain = 1")),
             ("[driver] misspelt", good.replace("[driver.", "[drivr.")),
             ("points misspelt", good.replace("hall.points", "hall.pionts")),

@@ -42,7 +42,7 @@ fn needs(model: &Model) -> Needs {
         gpio: of_kind("gpio").map(|d| (d.name.clone(), d.values.text("chip").map(String::from))).collect(),
         rppal: of_kind("rppal").map(|d| d.name.clone()).collect(),
         serial: of_kind("modbus-rtu").filter_map(|d| d.values.text("device")).map(Into::into).collect(),
-        watchdog: None,
+        watchdog: model.watchdog.as_ref().map(|(path, _)| path.clone()),
     }
 }
 

@@ -8,6 +8,7 @@ use crate::model::{self, Model, TagRef};
 use crate::sim::{SimEdge, SimPoints};
 use latchwork_image::{Location, Quality, Resolved};
 use std::sync::Arc;
+use std::sync::atomic::AtomicU64;
 
 /// Events one source may have under way to one lane.
 const EVENTS: usize = 4096;
@@ -18,6 +19,7 @@ pub(super) struct Interrupts {
     pub(super) followers: Vec<Vec<Follower>>,
     pub(super) initial: Vec<Vec<(u32, u64)>>,
     pub(super) wakes: Vec<Arc<Wake>>,
+    pub(super) oldest: Vec<Arc<AtomicU64>>,
 }
 
 impl Interrupts {
@@ -34,6 +36,7 @@ impl Interrupts {
             followers: (0..lanes).map(|_| Vec::new()).collect(),
             initial: (0..lanes).map(|_| Vec::new()).collect(),
             wakes: Vec::new(),
+            oldest: Vec::new(),
         };
         for (index, lane) in model.lanes.iter().enumerate() {
             if let Some(interrupt) = &lane.interrupt {
@@ -119,7 +122,10 @@ impl Interrupts {
         let served: Vec<_> = layout.lanes[lane].served.iter().flatten().copied().collect();
         let served = served.iter().min().map_or(0..0, |first| *first..served.iter().max().unwrap_or(first) + 2);
         let arrivals = Arrivals::new(&names, of.queue, of.storm_limit);
-        self.interrupts[lane] = Some(Box::new(Interrupt { arrivals, edges, watched, points, events, wake, served }));
+        let oldest = Arc::new(AtomicU64::new(u64::MAX));
+        self.oldest.push(Arc::clone(&oldest));
+        let interrupt = Interrupt { arrivals, edges, watched, points, events, wake, served, oldest };
+        self.interrupts[lane] = Some(Box::new(interrupt));
         Ok(())
     }
 }

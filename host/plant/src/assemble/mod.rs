@@ -20,6 +20,7 @@ use latchwork_record::{Recorder, Router, SourceId, queue};
 use points::DriverSources;
 use std::collections::HashMap;
 use std::sync::Arc;
+use std::sync::atomic::AtomicU64;
 use std::time::Duration;
 
 /// Entries one lane, driver or operator interface may have under way.
@@ -140,6 +141,8 @@ pub struct Plant {
     pub(crate) tick: u64,
     /// Wakes the threads of interrupt lanes.
     pub(crate) wakes: Vec<Arc<Wake>>,
+    /// Time of the oldest edge that waits, by interrupt lane.
+    pub(crate) oldest: Vec<Arc<AtomicU64>>,
 }
 
 impl Plant {
@@ -302,5 +305,6 @@ pub fn assemble(model: Model, engine: &Engine, options: &Options<'_>) -> Result<
         engine: engine.clone(),
         tick,
         wakes: interrupts.wakes,
+        oldest: interrupts.oldest,
     })
 }

@@ -11,6 +11,9 @@ use latchwork_image::{Type, nearest};
 use latchwork_io::direct::Role;
 use latchwork_schema::{Checker, Finding, Value};
 
+/// SCHED_FIFO priority of the kernel's interrupt threads, which every edge passes through.
+const KERNEL_THREADS: u8 = 50;
+
 /// Resolves `on`, `also-with` and `[sim.scan-time]`.
 pub(super) fn resolve(
     checker: &mut Checker,
@@ -140,6 +143,16 @@ pub(super) fn notes(checker: &mut Checker, file: &PlantFile, lanes: &[LaneDraft]
                 above.lane.name, above.lane.priority, lane.name, lane.priority
             );
             checker.add(Finding::note(&entry.key, message).help("give the interrupt lane the higher priority"));
+        }
+        let edges = lane.interrupt.as_ref().is_some_and(|i| !i.poll);
+        let busy = lanes.iter().find(|l| edges && l.lane.interrupt.is_none() && l.lane.priority >= KERNEL_THREADS);
+        if let Some(busy) = busy {
+            let message = format!(
+                "cyclic lane `{}` has priority {}; the kernel's threads that pass edges on to lane `{}` have {KERNEL_THREADS}",
+                busy.lane.name, busy.lane.priority, lane.name
+            );
+            let help = "give the cyclic lane less than 50, or the threads `irq/…` more (`latchwork doctor` tells how)";
+            checker.add(Finding::note(&entry.key, message).help(help));
         }
         let commands = drafts.iter().find(|d| {
             d.entry.values.text("lane") == Some(&entry.name)

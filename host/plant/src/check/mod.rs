@@ -146,6 +146,10 @@ fn build(
         drivers: drivers.into_iter().filter_map(|d| d.driver).collect(),
         blocks: blocks.into_iter().flatten().collect(),
         sim: options.sim,
+        watchdog: file
+            .plant
+            .text("watchdog-device")
+            .map(|device| (PathBuf::from(device), file.plant.duration("watchdog-timeout").unwrap_or(10_000_000_000))),
     };
     // Only in a model whose indices are all right is the order of blocks that of the file.
     if !checker.findings.iter().any(|f| f.severity == Severity::Error) {

@@ -17,6 +17,20 @@ pub(crate) static PLANT: Section = Section {
             "[]",
             "Folders searched for `NAME.wasm`, in order, relative to this file.",
         ),
+        Key::optional(
+            "watchdog-device",
+            Kind::Text,
+            "",
+            "Hardware watchdog, usually \"/dev/watchdog\": it resets the machine unless the first cyclic lane pets it, which it \
+             does only while its scans end before the next is due. An orderly stop disarms it.",
+        ),
+        Key::optional(
+            "watchdog-timeout",
+            Kind::Duration { min: SECOND, max: 3600 * SECOND },
+            "\"10s\"",
+            "Time without a scan in time after which the hardware watchdog resets the machine, in whole seconds. A \
+             Raspberry Pi takes at most 15 s.",
+        ),
     ],
 };
 
@@ -35,9 +49,10 @@ pub(crate) static LANE: Section = Section {
         Key::optional(
             "priority",
             Kind::Integer { min: 1, max: 99 },
-            "50",
-            "SCHED_FIFO priority where it is permitted; a record says where it is not. Lanes due at the same virtual \
-             time run in the order of their priority.",
+            "40",
+            "SCHED_FIFO priority where it is permitted; a record says where it is not. The kernel's threads that pass edges \
+             on have 50: from there up a cyclic lane delays interrupt lanes. Lanes due at the same virtual time run in \
+             the order of their priority.",
         ),
         Key::optional("cpu", Kind::Integer { min: 0, max: 1023 }, "", "CPU the lane is pinned to, counted from 0."),
     ],
@@ -89,8 +104,9 @@ pub(crate) static INTERRUPT_LANE: Section = Section {
         Key::optional(
             "priority",
             Kind::Integer { min: 1, max: 99 },
-            "80",
-            "SCHED_FIFO priority where it is permitted; above that of the cyclic lanes, or they delay it.",
+            "45",
+            "SCHED_FIFO priority where it is permitted; above that of the cyclic lanes, or they delay it, and below 50, \
+             that of the kernel's threads that pass edges on.",
         ),
         Key::optional("cpu", Kind::Integer { min: 0, max: 1023 }, "", "CPU the lane is pinned to, counted from 0."),
     ],

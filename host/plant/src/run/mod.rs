@@ -1,10 +1,12 @@
 //! Running a plant: by the machine's clock on threads of its own, or at virtual time in one.
 
 mod clock;
+mod machine;
 mod real_time;
 mod stimulus;
 mod thread;
 mod virtual_time;
+mod watchdog;
 
 pub use clock::{Clock, MachineClock};
 pub use real_time::run_real;

@@ -1,5 +1,7 @@
 //! Real time: a thread per lane with absolute deadlines, one for I/O, and the caller's for everything else.
 
+use super::machine::Machine;
+use super::watchdog::Watchdog;
 use super::{Clock, Control, Observer, Outcome, RunOptions};
 use crate::assemble::{DriverParts, Plant};
 use crate::lane::{Lane, LaneState};
@@ -38,12 +40,26 @@ pub fn run_real(
     let counted = plant.lanes.iter().position(|l| !l.is_interrupt()).unwrap_or(0);
     let mut threads = Vec::new();
     let mut lost = Vec::new();
-    for lane in std::mem::take(&mut plant.lanes) {
+    let interrupts = plant.lanes.iter().any(Lane::is_interrupt);
+    let (machine, refused) = if interrupts { Machine::prepare() } else { (Machine::default(), None) };
+    let mut watchdog = arm(&mut plant, counted, &*clock);
+    for mut lane in std::mem::take(&mut plant.lanes) {
+        if let (true, Some(refused)) = (lane.is_interrupt(), &refused) {
+            lane.note(
+                clock.now(),
+                "not-locked",
+                format_args!(
+                    "memory was not locked into RAM ({refused}): a page that is not there may delay the lane; \
+                     `latchwork doctor` tells what to do"
+                ),
+            );
+        }
+        let watchdog = if lane.index() == counted { watchdog.take() } else { None };
         let config = plant.model.lanes[lane.index()].clone();
         let scans = options.scans.filter(|_| lane.index() == counted);
         let (clock, stop) = (Arc::clone(&clock), Arc::clone(&stop_lanes));
         let name = config.name.clone();
-        let body = move || super::thread::drive(lane, &config, scans, &*clock, &stop);
+        let body = move || super::thread::drive(lane, watchdog, &config, scans, &*clock, &stop);
         match std::thread::Builder::new().name(format!("lane-{name}")).spawn(body) {
             Ok(thread) => threads.push(thread),
             Err(error) => lost.push(format!("lane `{name}` got no thread: {error}")),
@@ -54,11 +70,12 @@ pub fn run_real(
     loop {
         let now = clock.now();
         while let Some(next) = stimulus.next_if(|s| s.time <= now) {
-            plant.stimulate(next.action, now);
+            plant.stimulate(next.action, next.time);
         }
         plant.sim.publish(now);
         plant.supervisor.pump();
-        plant.drain(now.saturating_sub(SETTLE), observer);
+        let waiting = plant.oldest.iter().map(|o| o.load(Ordering::Relaxed)).min().unwrap_or(u64::MAX);
+        plant.drain(now.saturating_sub(SETTLE).min(waiting), observer);
         let over = options.duration.is_some_and(|d| now >= d)
             || (options.scans.is_some() && threads.get(counted).is_none_or(JoinHandle::is_finished))
             || threads.iter().all(JoinHandle::is_finished)
@@ -72,8 +89,15 @@ pub fn run_real(
     }
     stop_lanes.store(true, Ordering::Relaxed);
     plant.wakes.iter().for_each(|w| w.wake());
-    let mut lanes: Vec<Lane> = threads.into_iter().filter_map(|t| t.join().ok()).collect();
+    let (mut lanes, watchdogs): (Vec<Lane>, Vec<_>) = threads.into_iter().filter_map(|t| t.join().ok()).unzip();
     io.stop(DRIVERS_STOP);
+    // Lines that lanes serve themselves have had their safe values since their lanes ended.
+    let in_order = lanes.iter().any(|l| l.index() == counted && l.state() == LaneState::Stopped);
+    for watchdog in watchdogs.into_iter().flatten().filter(|_| in_order) {
+        // A device that does not take the letter resets the machine; nobody is left to tell.
+        let _ = watchdog.disarm();
+    }
+    drop(machine);
     plant.drain(u64::MAX, observer);
     let mut outcome = Outcome::new(&plant.model, &mut lanes, clock.now(), plant.router.last_seq());
     // A lane whose thread panicked or never was there left no figures; it still counts.
@@ -84,6 +108,22 @@ pub fn run_real(
         }
     }
     outcome
+}
+
+/// Opens and arms the hardware watchdog that the plant names.
+fn arm(plant: &mut Plant, lane: usize, clock: &dyn Clock) -> Option<Watchdog> {
+    let (path, timeout) = plant.model.watchdog.clone().filter(|_| !plant.model.sim)?;
+    let opened = Watchdog::open(&path, Duration::from_nanos(timeout));
+    let lane = plant.lanes.get_mut(lane)?;
+    match &opened {
+        Ok(watchdog) => {
+            if let Some(shortfall) = watchdog.shortfall() {
+                lane.note(clock.now(), "watchdog", format_args!("{}: {shortfall}", path.display()));
+            }
+        }
+        Err(error) => lane.note(clock.now(), "no-watchdog", format_args!("nothing resets the machine: {error}")),
+    }
+    opened.ok()
 }
 
 /// Waits until each driver has read its inputs once or knows that it cannot, but not for ever.

@@ -1,6 +1,7 @@
 //! The thread of a lane: its priority, and what it waits for.
 
 use super::Clock;
+use super::watchdog::Watchdog;
 use crate::lane::{Lane, LaneState};
 use crate::model;
 use arrayvec::ArrayVec;
@@ -16,43 +17,64 @@ use thread_priority::{
 const NAP: u64 = 50_000_000;
 /// Lines that failed to open are tried again this often, ns.
 const REOPEN: u64 = 1_000_000_000;
+/// The watchdog is petted at most so often, ns: its shortest timeout is a second.
+const PET: u64 = 200_000_000;
 /// Executions in a row after which an interrupt lane looks for younger edges of other lines.
 const IN_A_ROW: usize = 64;
 /// Lines that one lane waits for.
 const MOST_LINES: usize = 256;
 
-/// One lane's thread.
+/// One lane's thread; it gives the lane back, and the watchdog it has petted.
 pub(super) fn drive(
     mut lane: Lane,
+    mut watchdog: Option<Watchdog>,
     config: &model::Lane,
     scans: Option<u64>,
     clock: &dyn Clock,
     stop: &AtomicBool,
-) -> Lane {
+) -> (Lane, Option<Watchdog>) {
     set_priority(&mut lane, config, clock);
-    if lane.is_interrupt() {
-        if lane.polls() {
-            poll(&mut lane, config, scans, clock, stop)
-        } else {
-            wait(&mut lane, scans, clock, stop)
-        }
-        return lane;
+    if lane.polls() {
+        poll(&mut lane, config, scans, clock, stop);
+    } else if lane.is_interrupt() {
+        wait(&mut lane, scans, clock, stop);
+    } else {
+        scan(&mut lane, watchdog.as_mut(), config, scans, clock, stop);
     }
-    let start = clock.now();
-    let mut due = start;
+    (lane, watchdog)
+}
+
+/// A cyclic lane: absolute deadlines.
+fn scan(
+    lane: &mut Lane,
+    mut watchdog: Option<&mut Watchdog>,
+    config: &model::Lane,
+    scans: Option<u64>,
+    clock: &dyn Clock,
+    stop: &AtomicBool,
+) {
+    let mut due = clock.now();
+    let mut pet = due;
     loop {
         while clock.now() < due && !stop.load(Ordering::Relaxed) {
             clock.sleep_until(due.min(clock.now() + NAP));
         }
         if stop.load(Ordering::Relaxed) || scans.is_some_and(|n| lane.statistics().scans >= n) {
             lane.stop(clock.now());
-            return lane;
+            return;
         }
         let now = clock.now();
         if lane.scan(due, now, || clock.now()) == LaneState::Faulted {
-            return lane;
+            return;
         }
-        due = super::next_due(due, clock.now(), config.every);
+        let end = clock.now();
+        // A scan that is late does not pet: a lane that is always late lets the machine be reset.
+        if let Some(watchdog) = watchdog.as_mut().filter(|_| end >= pet && end <= due.saturating_add(config.every)) {
+            pet = end.saturating_add(PET);
+            // A device that fails resets the machine, which is what it is for.
+            let _ = watchdog.pet();
+        }
+        due = super::next_due(due, end, config.every);
     }
 }
 
@@ -79,6 +101,7 @@ fn wait(lane: &mut Lane, scans: Option<u64>, clock: &dyn Clock, stop: &AtomicBoo
             follow = now.saturating_add(FOLLOW);
         }
         lane.calm(now);
+        lane.mark_oldest();
         let mut left = IN_A_ROW;
         while left > 0
             && let Some(arrival) = lane.next_arrival()
@@ -91,6 +114,7 @@ fn wait(lane: &mut Lane, scans: Option<u64>, clock: &dyn Clock, stop: &AtomicBoo
         if more || left == 0 {
             continue;
         }
+        lane.mark_oldest();
         let now = clock.now();
         let mut until = now.saturating_add(NAP);
         if !lane.points_healthy() {

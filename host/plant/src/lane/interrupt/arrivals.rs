@@ -163,7 +163,7 @@ impl Arrivals {
     }
 
     /// The oldest that waits.
-    pub fn next(&mut self) -> Option<Arrival> {
+    pub fn take(&mut self) -> Option<Arrival> {
         let Reverse(arrival) = self.waiting.pop()?;
         match arrival.cause {
             Cause::Edge { .. } => self.edges -= 1,
@@ -233,7 +233,7 @@ impl Arrivals {
 
     /// Tells what was left out or never handled, at the end of a run.
     pub(super) fn settle(&mut self, now: u64, recorder: &mut Recorder) {
-        while let Some(arrival) = self.next() {
+        while let Some(arrival) = self.take() {
             if let Cause::Edge { input, .. } = arrival.cause {
                 self.lines[input as usize].left_out += 1;
             }

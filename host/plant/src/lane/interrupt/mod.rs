@@ -21,9 +21,11 @@ use super::Lane;
 use super::follow::{Event, Wake};
 use crate::layout::Probe;
 use latchwork_image::Type;
+use latchwork_io::direct::Direct;
 use latchwork_record::SourceId;
 use std::os::fd::BorrowedFd;
 use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
 
 /// What makes a lane an interrupt lane.
 pub struct Interrupt {
@@ -41,6 +43,14 @@ pub struct Interrupt {
     pub wake: Option<Arc<Wake>>,
     /// Cells of the inputs it serves itself: forces hold them, too.
     pub served: std::ops::Range<u32>,
+    /// Time of the oldest edge that waits, ns; all ones without one. Younger records wait for its own.
+    pub oldest: Arc<AtomicU64>,
+}
+
+impl Drop for Interrupt {
+    fn drop(&mut self) {
+        self.oldest.store(u64::MAX, Ordering::Relaxed);
+    }
 }
 
 /// An input whose edges start the lane.
@@ -78,6 +88,21 @@ impl Lane {
     /// What waits for the lane.
     pub fn arrivals(&self) -> Option<&Arrivals> {
         self.parts.interrupt.as_ref().map(|i| &i.arrivals)
+    }
+
+    /// Puts other lines in place of those it serves: a bench's, or those of a recording.
+    pub fn replace_points(&mut self, mut with: impl FnMut(Box<dyn Direct>) -> Box<dyn Direct>) {
+        if let Some(interrupt) = &mut self.parts.interrupt {
+            let points = std::mem::take(&mut interrupt.points).into_iter();
+            interrupt.points = points.map(|part| DirectPart { direct: with(part.direct), ..part }).collect();
+        }
+    }
+
+    /// Tells the other threads how old the oldest edge that waits is.
+    pub fn mark_oldest(&self) {
+        if let Some(interrupt) = &self.parts.interrupt {
+            interrupt.oldest.store(interrupt.arrivals.oldest().unwrap_or(u64::MAX), Ordering::Relaxed);
+        }
     }
 
     /// Begins an interrupt lane at plant time `now`: its first execution needs no edge.
@@ -118,12 +143,13 @@ impl Lane {
     pub(super) fn settle_arrivals(&mut self, now: u64) {
         if let Some(interrupt) = self.parts.interrupt.as_deref_mut() {
             interrupt.arrivals.settle(now, &mut self.parts.recorder);
+            interrupt.oldest.store(u64::MAX, Ordering::Relaxed);
         }
     }
 
     /// The oldest edge or tick that waits.
     pub fn next_arrival(&mut self) -> Option<Arrival> {
-        self.parts.interrupt.as_mut()?.arrivals.next()
+        self.parts.interrupt.as_mut()?.arrivals.take()
     }
 
     /// Calls `add` with what becomes readable when edges wait: of lines that are not in a storm, and of the wake.

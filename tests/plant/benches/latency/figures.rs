@@ -1,0 +1,34 @@
+//! Percentiles.
+
+/// What became of many samples, ns.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Figures {
+    /// Samples.
+    pub count: usize,
+    /// Median.
+    pub p50: u64,
+    /// 99 of 100 are not longer.
+    pub p99: u64,
+    /// 999 of 1000 are not longer.
+    pub p999: u64,
+    /// Shortest.
+    pub min: u64,
+    /// Longest.
+    pub max: u64,
+}
+
+impl Figures {
+    pub fn new(mut samples: Vec<u64>) -> Self {
+        samples.sort_unstable();
+        let at = |part: f64| {
+            let index = (samples.len() as f64 * part).ceil() as usize;
+            samples.get(index.clamp(1, samples.len().max(1)) - 1).copied().unwrap_or(0)
+        };
+        Self { count: samples.len(), p50: at(0.5), p99: at(0.99), p999: at(0.999), min: at(0.0), max: at(1.0) }
+    }
+
+    /// `| 12.3 | … |`, µs.
+    pub fn row(&self) -> String {
+        [self.p50, self.p99, self.p999, self.max].map(|ns| format!("{:.1}", ns as f64 / 1000.0)).join(" | ")
+    }
+}
