@@ -253,9 +253,9 @@ fn defaults_are_those_of_the_reference() {
         let model = check(&text.replace("10ms", every), false).model.expect("a good plant");
         (model.lanes[0].watchdog, model.lanes[0].priority, model.blocks[0].budget, model.blocks[0].memory)
     };
-    assert_eq!(defaults("10ms"), (50_000_000, 50, 5_000_000, 4 << 20));
-    assert_eq!(defaults("1ms"), (5_000_000, 50, 1_000_000, 4 << 20), "a budget of at least 1 ms");
-    assert_eq!(defaults("1s"), (5_000_000_000, 50, 100_000_000, 4 << 20), "a budget of at most 100 ms");
+    assert_eq!(defaults("10ms"), (50_000_000, 40, 5_000_000, 4 << 20));
+    assert_eq!(defaults("1ms"), (5_000_000, 40, 1_000_000, 4 << 20), "a budget of at least 1 ms");
+    assert_eq!(defaults("1s"), (5_000_000_000, 40, 100_000_000, 4 << 20), "a budget of at most 100 ms");
 }
 
 #[test]

@@ -191,7 +191,7 @@ fn interrupt_lanes() {
         ("a point of another lane", with("[block.guard]", "[lane.second]\non = [\"hall.button\"]\n[block.guard]")),
         ("with a lane there is not", with("also-with = \"main\"", "also-with = \"mian\"")),
         ("with itself", with("also-with = \"main\"", "also-with = \"trip\"")),
-        ("a priority below a cyclic lane's", with("also-with", "priority = 40\nalso-with")),
+        ("a priority below a cyclic lane's", with("also-with", "priority = 30\nalso-with")),
         ("a limit of nothing", with("also-with", "storm-limit = 0\nalso-with")),
         ("a watchdog shorter than the polling", with("also-with", "poll = \"5ms\"\nwatchdog = \"2ms\"\nalso-with")),
         ("scan times of a lane there is not", with("[sim.feed]", "[sim.scan-time]\nmian = \"1ms\"\n[sim.feed]")),

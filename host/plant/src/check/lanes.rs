@@ -45,9 +45,9 @@ fn lane(checker: &mut Checker, entry: &LaneEntry) -> model::Lane {
         name: entry.name.clone(),
         every,
         priority: values.integer("priority").and_then(|p| u8::try_from(p).ok()).unwrap_or(if entry.interrupt {
-            80
+            45
         } else {
-            50
+            40
         }),
         interrupt,
         served: Vec::new(),
