@@ -100,7 +100,8 @@ pub(crate) fn reads_and_writes() -> Outcome {
     let first =
         soon(|| driver.good(0, false) && driver.good(1, false) && driver.good(2, true) && driver.good(3, false));
     ensure!(first, "first reading: {:?}", (0..4).map(|n| driver.input(n)).collect::<Vec<_>>());
-    ensure!(driver.told() == ["gpio connected"], "events: {:?}", driver.told());
+    let told = driver.told();
+    ensure!(told == ["gpio connected"], "events: {told:?}");
     ensure!(soon(|| chip.value(4) && !chip.value(5)), "the outputs do not show what is demanded");
     let before = driver.inputs.publications();
     std::thread::sleep(Duration::from_millis(100));
@@ -140,7 +141,8 @@ pub(crate) fn stop_is_safe() -> Outcome {
         if orderly {
             let stopped = driver.io.take().is_some_and(|io| io.stop(Duration::from_secs(1)));
             ensure!(stopped, "it did not end in time");
-            ensure!(driver.told() == ["gpio connected"], "events: {:?}", driver.told());
+            let told = driver.told();
+            ensure!(told == ["gpio connected"], "events: {told:?}");
         } else {
             drop(driver.io.take());
         }
@@ -160,9 +162,11 @@ pub(crate) fn unplugged() -> Outcome {
     chip.unplug();
     ensure!(soon(|| driver.input(0) == (true, Quality::Bad)), "the input is {:?}", driver.input(0));
     std::thread::sleep(Duration::from_millis(2500));
-    ensure!(driver.told() == ["gpio lost"], "events: {:?}", driver.told());
+    let told = driver.told();
+    ensure!(told == ["gpio lost"], "events: {told:?}");
     chip.plug().map_err(|e| e.to_string())?;
     ensure!(soon(|| driver.good(0, false) && chip.value(1)), "it does not run again");
-    ensure!(driver.told() == ["gpio connected"], "events: {:?}", driver.told());
+    let told = driver.told();
+    ensure!(told == ["gpio connected"], "events: {told:?}");
     Ok(())
 }
