@@ -1,24 +1,58 @@
 //! `cargo xtask bench`: the figures of docs/performance.md.
 
-use crate::cargo::{cargo, run};
+use crate::cargo::{cargo, root, run, target_dir};
 use crate::guests;
-use anyhow::Result;
+use anyhow::{Context, Result};
 use clap::Args;
 
 /// Arguments of `cargo xtask bench`.
 #[derive(Args, Debug)]
 pub(crate) struct Bench {
-    /// Only the benches whose names contain this.
+    /// Only the benches whose names contain this; `latency` is the interrupt lane's reaction, which no other choice runs.
     filter: Option<String>,
+    /// `latency`: edges per length of the main scan.
+    #[arg(long, default_value_t = 100_000)]
+    events: usize,
+    /// `latency`: CPU of the lanes and of cyclictest; the last one without it.
+    #[arg(long)]
+    cpu: Option<usize>,
 }
 
 /// Calls of single blocks, then whole scans. Guests first: a bench of yesterday's blocks tells nothing.
 pub(crate) fn execute(args: &Bench) -> Result<()> {
     guests::execute(&guests::Guests::default())?;
+    if args.filter.as_deref() == Some("latency") {
+        return latency(args);
+    }
     for (package, bench) in [("latchwork-block", "call"), ("latchwork-tests-plant", "scan")] {
         let mut command = cargo();
         command.args(["bench", "--package", package, "--bench", bench, "--"]).args(&args.filter);
         run(&mut command)?;
     }
     Ok(())
+}
+
+/// Where the table stands in docs/performance.md.
+const BEGIN: &str = "<!-- latency: made by `cargo xtask bench latency` -->\n";
+const END: &str = "<!-- latency ends -->\n";
+
+/// Some ten minutes; best on a machine that does nothing else, as root or with the right to SCHED_FIFO.
+fn latency(args: &Bench) -> Result<()> {
+    let table = target_dir()?.join("latency.md");
+    let docs = root().join("docs");
+    let mut command = cargo();
+    command.args(["bench", "--package", "latchwork-tests-plant", "--bench", "latency", "--"]);
+    command.arg("--events").arg(args.events.to_string());
+    command.arg("--plot").arg(docs.join("latency.svg")).arg("--table").arg(&table);
+    if let Some(cpu) = args.cpu {
+        command.arg("--cpu").arg(cpu.to_string());
+    }
+    run(&mut command)?;
+    let page = docs.join("performance.md");
+    let text = std::fs::read_to_string(&page).with_context(|| format!("{} cannot be read", page.display()))?;
+    let (Some(begin), Some(end)) = (text.find(BEGIN), text.find(END)) else {
+        anyhow::bail!("{} has lost the marks `{}` and `{}`", page.display(), BEGIN.trim(), END.trim());
+    };
+    let new = format!("{}{}{}", &text[..begin + BEGIN.len()], std::fs::read_to_string(&table)?, &text[end..]);
+    std::fs::write(&page, new).with_context(|| format!("{} cannot be written", page.display()))
 }

@@ -4,7 +4,7 @@ use super::figures::Figures;
 use std::process::Command;
 
 /// Runs it beside whatever load there is; `None` with a line on stderr where it cannot be had.
-pub fn run(cpu: usize, priority: u8, interval_us: u64, events: usize) -> Option<Figures> {
+pub(crate) fn run(cpu: usize, priority: u8, interval_us: u64, events: usize) -> Option<Figures> {
     let mut command = Command::new("cyclictest");
     command.args(["--quiet", "--mlockall", "--threads=1", "--histogram=5000"]);
     command.arg(format!("--affinity={cpu}")).arg(format!("--priority={priority}"));

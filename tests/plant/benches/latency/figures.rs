@@ -2,23 +2,23 @@
 
 /// What became of many samples, ns.
 #[derive(Clone, Copy, Debug, Default)]
-pub struct Figures {
+pub(crate) struct Figures {
     /// Samples.
-    pub count: usize,
+    pub(crate) count: usize,
     /// Median.
-    pub p50: u64,
+    pub(crate) p50: u64,
     /// 99 of 100 are not longer.
-    pub p99: u64,
+    pub(crate) p99: u64,
     /// 999 of 1000 are not longer.
-    pub p999: u64,
+    pub(crate) p999: u64,
     /// Shortest.
-    pub min: u64,
+    pub(crate) min: u64,
     /// Longest.
-    pub max: u64,
+    pub(crate) max: u64,
 }
 
 impl Figures {
-    pub fn new(mut samples: Vec<u64>) -> Self {
+    pub(crate) fn new(mut samples: Vec<u64>) -> Self {
         samples.sort_unstable();
         let at = |part: f64| {
             let index = (samples.len() as f64 * part).ceil() as usize;
@@ -28,7 +28,7 @@ impl Figures {
     }
 
     /// `| 12.3 | … |`, µs.
-    pub fn row(&self) -> String {
+    pub(crate) fn row(&self) -> String {
         [self.p50, self.p99, self.p999, self.max].map(|ns| format!("{:.1}", ns as f64 / 1000.0)).join(" | ")
     }
 }

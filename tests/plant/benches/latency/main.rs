@@ -24,7 +24,7 @@ const INTERVAL_US: u64 = 500;
 const SCANS_MS: [u64; 4] = [1, 10, 100, 1000];
 
 /// What was measured with one length of the main scan.
-pub struct Measured {
+pub(crate) struct Measured {
     scan_ms: u64,
     interrupt: Figures,
     cyclic: Figures,

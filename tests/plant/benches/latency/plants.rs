@@ -13,15 +13,15 @@ use std::sync::atomic::AtomicBool;
 use std::time::Duration;
 
 /// Priority of the interrupt lane and of cyclictest.
-pub const PRIORITY: u8 = 45;
+pub(crate) const PRIORITY: u8 = 45;
 
 /// What a run told.
 #[derive(Default)]
-pub struct Told {
+pub(crate) struct Told {
     /// Records of kind `lost`, with their numbers.
-    pub lost: Vec<String>,
+    pub(crate) lost: Vec<String>,
     /// Records about lanes that went wrong.
-    pub trouble: Vec<String>,
+    pub(crate) trouble: Vec<String>,
     until: Option<Arc<AtomicBool>>,
 }
 
@@ -68,7 +68,7 @@ fn text(cpu: usize, scan_ms: u64, burn: u64, interrupt: bool) -> String {
 }
 
 /// A plant with an interrupt lane whose line is `line`, beside a main lane that works `scan_ms` in each scan.
-pub fn interlock(cpu: usize, scan_ms: u64, burn: u64, line: &Arc<Line>) -> Plant {
+pub(crate) fn interlock(cpu: usize, scan_ms: u64, burn: u64, line: &Arc<Line>) -> Plant {
     let mut plant = Rig::new(&text(cpu, scan_ms, burn, true)).trace(None).plant(Time::Real);
     for lane in &mut plant.lanes {
         lane.replace_points(|_| Box::new(TimerLine::new(Arc::clone(line))));
@@ -77,7 +77,7 @@ pub fn interlock(cpu: usize, scan_ms: u64, burn: u64, line: &Arc<Line>) -> Plant
 }
 
 /// The same main lane alone.
-pub fn load(cpu: usize, scan_ms: u64, burn: u64) -> Plant {
+pub(crate) fn load(cpu: usize, scan_ms: u64, burn: u64) -> Plant {
     let text = text(cpu, scan_ms, burn, false).replace("kind = \"gpio\"\nchip = \"/dev/gpiochip0\"", "kind = \"sim\"");
     let text =
         text.replace("{ line = 1 }", "{ type = \"bool\" }").replace("{ line = 2, from", "{ type = \"bool\", from");
@@ -85,14 +85,14 @@ pub fn load(cpu: usize, scan_ms: u64, burn: u64) -> Plant {
 }
 
 /// What the main lane shows of the door.
-pub fn slow_output(plant: &Plant) -> View {
+pub(crate) fn slow_output(plant: &Plant) -> View {
     let block = plant.model.blocks.iter().position(|b| b.name == "slow").expect("the block");
     let port = plant.model.blocks[block].class.outputs.iter().position(|p| p.path == "b").expect("the port");
     plant.view(&[plant.layout.ids[&TagRef::Output { block, port }]])
 }
 
 /// Runs until `until`, or for a time.
-pub fn run(plant: Plant, duration: Option<Duration>, until: Option<Arc<AtomicBool>>) -> Told {
+pub(crate) fn run(plant: Plant, duration: Option<Duration>, until: Option<Arc<AtomicBool>>) -> Told {
     let mut told = Told { until, ..Told::default() };
     let options = RunOptions { duration: duration.map(|d| d.as_nanos() as u64), ..RunOptions::default() };
     let clock = Arc::new(MachineClock::start());
@@ -101,7 +101,7 @@ pub fn run(plant: Plant, duration: Option<Duration>, until: Option<Arc<AtomicBoo
 }
 
 /// Iterations of the load's loop in a millisecond.
-pub fn iterations_per_ms() -> u64 {
+pub(crate) fn iterations_per_ms() -> u64 {
     let mut plant = load(0, 1, 1_000_000);
     let lane = &mut plant.lanes[0];
     let mut best = u64::MAX;

@@ -5,7 +5,7 @@ use plotters::prelude::*;
 use std::path::Path;
 
 /// Draws both paths, with the range that theory gives the cyclic one.
-pub fn draw(path: &Path, all: &[Measured]) -> Result<(), Box<dyn std::error::Error>> {
+pub(crate) fn draw(path: &Path, all: &[Measured]) -> Result<(), Box<dyn std::error::Error>> {
     let root = SVGBackend::new(path, (860, 480)).into_drawing_area();
     root.fill(&WHITE)?;
     let ms = |ns: u64| (ns as f64 / 1e6).max(0.001);

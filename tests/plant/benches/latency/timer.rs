@@ -10,7 +10,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering};
 
 /// CLOCK_MONOTONIC, ns.
-pub fn monotonic() -> u64 {
+pub(crate) fn monotonic() -> u64 {
     let t = rustix::time::clock_gettime(rustix::time::ClockId::Monotonic);
     t.tv_sec as u64 * 1_000_000_000 + t.tv_nsec as u64
 }
@@ -20,19 +20,19 @@ fn timespec(ns: u64) -> Timespec {
 }
 
 /// The timer and what was measured with it, shared with whoever arms it.
-pub struct Line {
+pub(crate) struct Line {
     timer: OwnedFd,
     first: AtomicU64,
     interval: AtomicU64,
     samples: Box<[AtomicU64]>,
     taken: AtomicUsize,
     /// Edges that the timer has made.
-    pub edges: AtomicUsize,
+    pub(crate) edges: AtomicUsize,
 }
 
 impl Line {
     /// With room for so many samples.
-    pub fn new(room: usize) -> Arc<Self> {
+    pub(crate) fn new(room: usize) -> Arc<Self> {
         let timer = timerfd_create(TimerfdClockId::Monotonic, TimerfdFlags::NONBLOCK | TimerfdFlags::CLOEXEC);
         Arc::new(Self {
             timer: timer.expect("a timer"),
@@ -45,7 +45,7 @@ impl Line {
     }
 
     /// Edges from `first` (CLOCK_MONOTONIC, ns) on; every `interval` ns, or one only with 0.
-    pub fn arm(&self, first: u64, interval: u64) {
+    pub(crate) fn arm(&self, first: u64, interval: u64) {
         self.first.store(first, Ordering::SeqCst);
         self.interval.store(interval, Ordering::SeqCst);
         let spec = Itimerspec { it_interval: timespec(interval), it_value: timespec(first) };
@@ -53,14 +53,14 @@ impl Line {
     }
 
     /// Times from edge to output so far, ns.
-    pub fn samples(&self) -> Vec<u64> {
+    pub(crate) fn samples(&self) -> Vec<u64> {
         let taken = self.taken.load(Ordering::SeqCst).min(self.samples.len());
         self.samples[..taken].iter().map(|s| s.load(Ordering::Relaxed)).collect()
     }
 }
 
 /// The lane's side of it.
-pub struct TimerLine {
+pub(crate) struct TimerLine {
     line: Arc<Line>,
     level: bool,
     passed: u64,
@@ -70,7 +70,7 @@ pub struct TimerLine {
 }
 
 impl TimerLine {
-    pub fn new(line: Arc<Line>) -> Self {
+    pub(crate) fn new(line: Arc<Line>) -> Self {
         Self { line, level: false, passed: 0, armed: 0, open: VecDeque::with_capacity(65_536), shown: 0 }
     }
 }
