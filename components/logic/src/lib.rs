@@ -1,8 +1,8 @@
 //! The control logic of Latchwork's blocks: what they decide, without how they are called.
 //!
-//! It owns the state machines of the IEC 61131-3 standard blocks, of the alarm unit and of the tank model. It knows no
-//! WebAssembly, no WIT and no clock: time comes in as nanoseconds elapsed, so every test runs at virtual time. The
-//! component crates beside it only translate between their device class and this.
+//! It owns the state machines of the IEC 61131-3 standard blocks, of the alarm unit, of the UNICOS CPC objects ([`cpc`])
+//! and of the tank model. It knows no WebAssembly, no WIT and no clock: time comes in as nanoseconds elapsed, so every
+//! test runs at virtual time. The component crates beside it only translate between their device class and this.
 //!
 //! ```text
 //! timers ──┬─► veracity (digital) ──┐
@@ -20,6 +20,7 @@
 mod alarm_unit;
 mod bounds;
 mod counters;
+pub mod cpc;
 mod flip_flops;
 mod multivibrator;
 mod number;
