@@ -1,6 +1,6 @@
 //! Points of `sim` drivers: regions that a stimulus writes.
 
-use crate::lane::{EdgeKind, Event, Wake};
+use crate::lane::{Event, Simulated, Wake};
 use crate::model::Model;
 use latchwork_image::{Quality, RegionWriter, Type};
 use latchwork_io::driver::PointConfig;
@@ -56,20 +56,8 @@ pub enum PointPlace {
     },
 }
 
-/// A sim point whose changes start an interrupt lane.
-pub(crate) struct SimEdge {
-    /// Number in the lane's `on`.
-    pub(crate) input: u32,
-    /// Which changes start it.
-    pub(crate) edge: EdgeKind,
-    /// Level so far.
-    pub(crate) last: bool,
-    /// Edges that found no room.
-    pub(crate) missed: u64,
-}
-
 struct SimLane {
-    edges: Vec<SimEdge>,
+    edges: Vec<Simulated>,
     events: rtrb::Producer<Event>,
     wake: Option<Arc<Wake>>,
 }
@@ -118,7 +106,7 @@ impl SimPoints {
     /// Points that start an interrupt lane, by name.
     pub(crate) fn add_edges(
         &mut self,
-        edges: Vec<(String, SimEdge)>,
+        edges: Vec<(String, Simulated)>,
         events: rtrb::Producer<Event>,
         wake: Option<Arc<Wake>>,
     ) {
@@ -170,14 +158,8 @@ impl SimPoints {
 
 impl SimLane {
     fn set(&mut self, at: usize, level: bool, now: u64) {
-        let edge = &mut self.edges[at];
-        // A point that is set to what it is makes no edge.
-        if std::mem::replace(&mut edge.last, level) == level {
-            return;
-        }
-        let event = edge.edge.event(now, edge.input, level, edge.missed);
-        edge.missed = if self.events.push(event).is_ok() { 0 } else { edge.missed + 1 };
-        if let Some(wake) = &self.wake {
+        let told = self.edges[at].set(level, now, &mut self.events);
+        if told && let Some(wake) = &self.wake {
             wake.wake();
         }
     }

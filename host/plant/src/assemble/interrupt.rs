@@ -2,13 +2,13 @@
 
 use super::points::{DriverSources, direct_parts};
 use super::{AssembleError, Time};
-use crate::lane::{Arrivals, EdgeInput, EdgeKind, Feed, Follower, Interrupt, Wake, Watched};
+use crate::lane::{Arrivals, EdgeInput, EdgeKind, Feed, Follower, Interrupt, Simulated, Wake, Watched};
 use crate::layout::{Layout, Probe};
 use crate::model::{self, Model, TagRef};
-use crate::sim::{SimEdge, SimPoints};
+use crate::sim::SimPoints;
 use latchwork_image::{Location, Quality, Resolved};
 use std::sync::Arc;
-use std::sync::atomic::AtomicU64;
+use std::sync::atomic::{AtomicBool, AtomicU64};
 
 /// Events one source may have under way to one lane.
 const EVENTS: usize = 4096;
@@ -88,21 +88,24 @@ impl Interrupts {
                 let (d, config) = (&model.drivers[*driver], &model.drivers[*driver].config.points[*point]);
                 let Some(cell) = layout.lanes[lane].served[number] else { continue };
                 let (input, kind) = (number as u32, EdgeKind::of(config));
-                let mut level = false;
+                let (mut level, mut now) = (false, None);
                 if d.simulated(model.sim) {
                     level = crate::sim::initial(config) & 1 == 1;
                     self.initial[lane].push((cell + 1, Quality::Good.cell()));
+                    let point_level = Arc::new(AtomicBool::new(level));
+                    now = (kind != EdgeKind::Both).then(|| Arc::clone(&point_level));
+                    let to = Simulated { input, edge: kind, level: point_level, missed: 0 };
                     if let Some(wire) = &d.sources[*point] {
                         let (from, probe) = feeding(layout, wire).ok_or_else(|| {
                             failed(format!("`{}.{}` is fed by what no block makes", d.config.name, config.name))
                         })?;
-                        feeds.push((from, Feed { probe, input, edge: kind, last: level, missed: 0 }));
+                        feeds.push((from, Feed { probe, to }));
+                    } else {
+                        simulated.push((format!("{}.{}", d.config.name, config.name), to));
                     }
-                    let name = format!("{}.{}", d.config.name, config.name);
-                    simulated.push((name, SimEdge { input, edge: kind, last: level, missed: 0 }));
                 }
                 self.initial[lane].push((cell, u64::from(level)));
-                edges.push(EdgeInput { cell, level });
+                edges.push(EdgeInput { cell, level, now });
             }
             if !simulated.is_empty() {
                 let Follower { events, wake, .. } = queue(false, Vec::new());

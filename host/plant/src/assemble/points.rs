@@ -80,7 +80,7 @@ pub(super) fn direct_parts(
                 Resolved::Cell { location: Location { slot, bit, .. }, not } => Probe { cell: slot, shift: bit, not },
                 Resolved::Constant(_) => return Err(failed(format!("point `{}` shows a constant", config.name))),
             };
-            outputs.push(DirectOutput { probe, safe: config.safe.unwrap_or(0) });
+            outputs.push(DirectOutput { point, probe, safe: config.safe.unwrap_or(0) });
         }
         let values = vec![0; outputs.len()];
         let (source, known) = (sources[index].source, sources[index].known.clone());

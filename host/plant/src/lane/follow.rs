@@ -6,6 +6,7 @@ use latchwork_io::driver::PointConfig;
 use rustix::event::{EventfdFlags, eventfd};
 use std::os::fd::{AsFd, BorrowedFd, OwnedFd};
 use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 /// Something that has happened to an interrupt lane.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -20,13 +21,6 @@ pub enum Event {
         level: bool,
         /// Edges of this input that were lost right before.
         missed: u64,
-    },
-    /// A level that starts nothing: the other edge of an input with `edge = "rising"` or `"falling"`.
-    Level {
-        /// Number in `on`.
-        input: u32,
-        /// The level.
-        level: bool,
     },
     /// The cyclic lane it runs with has ended a scan.
     Tick {
@@ -57,12 +51,33 @@ impl EdgeKind {
         }
     }
 
-    /// What a change to `level` is to the lane.
-    pub fn event(self, time: u64, input: u32, level: bool, missed: u64) -> Event {
-        match (self, level) {
-            (Self::Rising, false) | (Self::Falling, true) => Event::Level { input, level },
-            _ => Event::Edge { time, input, level, missed },
+    /// Whether a change to `level` starts the lane.
+    pub fn starts(self, level: bool) -> bool {
+        self == Self::Both || (self == Self::Rising) == level
+    }
+}
+
+/// An input of an interrupt lane that no line makes: a stimulus or a feed does.
+pub struct Simulated {
+    /// Number in the lane's `on`.
+    pub input: u32,
+    /// Which changes start it.
+    pub edge: EdgeKind,
+    /// The level now, as the lane would read it from a line.
+    pub level: Arc<AtomicBool>,
+    /// Edges that found no room.
+    pub missed: u64,
+}
+
+impl Simulated {
+    /// Sets the level at plant time `now`; the event, if that is one. A point that is set to what it is makes none.
+    pub fn set(&mut self, level: bool, now: u64, events: &mut rtrb::Producer<Event>) -> bool {
+        if self.level.swap(level, Ordering::Relaxed) == level || !self.edge.starts(level) {
+            return false;
         }
+        let event = Event::Edge { time: now, input: self.input, level, missed: self.missed };
+        self.missed = if events.push(event).is_ok() { 0 } else { self.missed + 1 };
+        true
     }
 }
 
@@ -97,14 +112,8 @@ impl Wake {
 pub struct Feed {
     /// The tag, as the feeding lane sees it.
     pub probe: Probe,
-    /// Number in the interrupt lane's `on`.
-    pub input: u32,
-    /// Which edges start the lane.
-    pub edge: EdgeKind,
-    /// Level so far.
-    pub last: bool,
-    /// Edges that found no room.
-    pub missed: u64,
+    /// The input.
+    pub to: Simulated,
 }
 
 /// An interrupt lane that hears of a lane's scans.
@@ -125,13 +134,7 @@ impl Follower {
     pub(super) fn notify(&mut self, end: u64, cells: &[u64]) {
         let mut told = false;
         for feed in &mut self.feeds {
-            let level = feed.probe.read(cells) & 1 == 1;
-            if level != feed.last {
-                feed.last = level;
-                told = true;
-                let event = feed.edge.event(end, feed.input, level, feed.missed);
-                feed.missed = if self.events.push(event).is_ok() { 0 } else { feed.missed + 1 };
-            }
+            told |= feed.to.set(feed.probe.read(cells) & 1 == 1, end, &mut self.events);
         }
         if self.ticks {
             // A lane that is this far behind has many of them waiting; it counts its overruns itself.

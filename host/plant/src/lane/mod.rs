@@ -18,7 +18,7 @@ mod trace;
 
 pub use block::{Block, BlockState, Rest};
 pub use fault::{BACK_OFF, STRIKES};
-pub use follow::{EdgeKind, Event, Feed, Follower, Wake};
+pub use follow::{EdgeKind, Event, Feed, Follower, Simulated, Wake};
 pub use interrupt::{Arrival, Arrivals, Cause, DirectInput, DirectOutput, DirectPart, EdgeInput, Interrupt, Watched};
 pub use request::{Mode, Reply, Request, RestartRequest};
 pub use statistics::Statistics;

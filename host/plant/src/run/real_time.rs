@@ -13,7 +13,6 @@ use latchwork_record::{Entry, Kind, Recorder, SourceId};
 use std::collections::HashMap;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::thread::JoinHandle;
 use std::time::Duration;
 
 /// Period of the caller's housekeeping: restarts, records, display, ns.
@@ -43,7 +42,13 @@ pub fn run_real(
     let interrupts = plant.lanes.iter().any(Lane::is_interrupt);
     let (machine, refused) = if interrupts { Machine::prepare() } else { (Machine::default(), None) };
     let mut watchdog = arm(&mut plant, counted, &*clock);
-    for mut lane in std::mem::take(&mut plant.lanes) {
+    // Interrupt lanes first: cyclic ones see their inputs as they are, too.
+    let (first, then): (Vec<_>, Vec<_>) = std::mem::take(&mut plant.lanes).into_iter().partition(Lane::is_interrupt);
+    let mut waited = false;
+    for mut lane in first.into_iter().chain(then) {
+        if !lane.is_interrupt() && !std::mem::replace(&mut waited, true) {
+            wait_for_interrupts(&plant, &*clock, stop);
+        }
         if let (true, Some(refused)) = (lane.is_interrupt(), &refused) {
             lane.note(
                 clock.now(),
@@ -57,11 +62,11 @@ pub fn run_real(
         let watchdog = if lane.index() == counted { watchdog.take() } else { None };
         let config = plant.model.lanes[lane.index()].clone();
         let scans = options.scans.filter(|_| lane.index() == counted);
-        let (clock, stop) = (Arc::clone(&clock), Arc::clone(&stop_lanes));
+        let (index, clock, stop) = (lane.index(), Arc::clone(&clock), Arc::clone(&stop_lanes));
         let name = config.name.clone();
         let body = move || super::thread::drive(lane, watchdog, &config, scans, &*clock, &stop);
         match std::thread::Builder::new().name(format!("lane-{name}")).spawn(body) {
-            Ok(thread) => threads.push(thread),
+            Ok(thread) => threads.push((index, thread)),
             Err(error) => lost.push(format!("lane `{name}` got no thread: {error}")),
         }
     }
@@ -77,8 +82,8 @@ pub fn run_real(
         let waiting = plant.oldest.iter().map(|o| o.load(Ordering::Relaxed)).min().unwrap_or(u64::MAX);
         plant.drain(now.saturating_sub(SETTLE).min(waiting), observer);
         let over = options.duration.is_some_and(|d| now >= d)
-            || (options.scans.is_some() && threads.get(counted).is_none_or(JoinHandle::is_finished))
-            || threads.iter().all(JoinHandle::is_finished)
+            || (options.scans.is_some() && threads.iter().all(|(lane, t)| *lane != counted || t.is_finished()))
+            || threads.iter().all(|(_, t)| t.is_finished())
             || stop.load(Ordering::Relaxed);
         if observer.tick(now) == Control::Stop || over || !lost.is_empty() {
             break;
@@ -89,7 +94,8 @@ pub fn run_real(
     }
     stop_lanes.store(true, Ordering::Relaxed);
     plant.wakes.iter().for_each(|w| w.wake());
-    let (mut lanes, watchdogs): (Vec<Lane>, Vec<_>) = threads.into_iter().filter_map(|t| t.join().ok()).unzip();
+    let (mut lanes, watchdogs): (Vec<Lane>, Vec<_>) = threads.into_iter().filter_map(|(_, t)| t.join().ok()).unzip();
+    lanes.sort_by_key(Lane::index);
     io.stop(DRIVERS_STOP);
     // Lines that lanes serve themselves have had their safe values since their lanes ended.
     let in_order = lanes.iter().any(|l| l.index() == counted && l.state() == LaneState::Stopped);
@@ -124,6 +130,15 @@ fn arm(plant: &mut Plant, lane: usize, clock: &dyn Clock) -> Option<Watchdog> {
         Err(error) => lane.note(clock.now(), "no-watchdog", format_args!("nothing resets the machine: {error}")),
     }
     opened.ok()
+}
+
+/// Waits until each interrupt lane has executed once, but not for ever.
+fn wait_for_interrupts(plant: &Plant, clock: &dyn Clock, stop: &AtomicBool) {
+    let waiting = |lane: usize| plant.model.lanes[lane].interrupt.is_some() && plant.regions[lane].publications() == 0;
+    let end = clock.now().saturating_add(FIRST_READING);
+    while (0..plant.model.lanes.len()).any(waiting) && clock.now() < end && !stop.load(Ordering::Relaxed) {
+        clock.sleep_until(clock.now().saturating_add(200_000));
+    }
 }
 
 /// Waits until each driver has read its inputs once or knows that it cannot, but not for ever.

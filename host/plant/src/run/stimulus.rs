@@ -30,10 +30,10 @@ pub fn resolve(plant: &Plant, rows: &[Row]) -> Result<Vec<Stimulus>, Vec<Stimulu
 
 fn action(plant: &Plant, row: &Row) -> Result<Action, String> {
     let value = |ty: &Type| ty.parse(&row.value).map_err(|e| format!("`{}`: {e}", row.tag));
+    if plant.sim.is_fed(&row.tag) {
+        return Err(format!("`{}` is fed by [sim.feed]; take the feed away to drive it by a stimulus", row.tag));
+    }
     if let Some((place, ty)) = plant.sim.find(&row.tag) {
-        if plant.sim.is_fed(&row.tag) {
-            return Err(format!("`{}` is fed by [sim.feed]; take the feed away to drive it by a stimulus", row.tag));
-        }
         return Ok(Action::Point { place, cell: value(ty)? });
     }
     let id = plant.layout.tags.find(&row.tag);

@@ -11,8 +11,6 @@ pub(crate) struct Figures {
     pub(crate) p99: u64,
     /// 999 of 1000 are not longer.
     pub(crate) p999: u64,
-    /// Shortest.
-    pub(crate) min: u64,
     /// Longest.
     pub(crate) max: u64,
 }
@@ -24,7 +22,7 @@ impl Figures {
             let index = (samples.len() as f64 * part).ceil() as usize;
             samples.get(index.clamp(1, samples.len().max(1)) - 1).copied().unwrap_or(0)
         };
-        Self { count: samples.len(), p50: at(0.5), p99: at(0.99), p999: at(0.999), min: at(0.0), max: at(1.0) }
+        Self { count: samples.len(), p50: at(0.5), p99: at(0.99), p999: at(0.999), max: at(1.0) }
     }
 
     /// `| 12.3 | … |`, µs.

@@ -37,3 +37,13 @@ fn a_model_feeds_an_input_and_makes_edges() {
     // The scans from 10 and 30 ms on make them, at their ends.
     assert_eq!(edges(&ran), [(13 * MS, "gpio.door", true), (33 * MS, "gpio.door", false)]);
 }
+
+#[test]
+fn an_edge_that_waits_does_not_bring_back_a_level_that_is_over() {
+    // The edge at 3 ms waits for the end of the execution with the scan that ended at 2 ms; the level falls meanwhile.
+    let ran = one("edge = \"rising\"", "[sim]\nscan-time.trip = \"5ms\"")
+        .stimulus("1ms,gpio.door,true\n2ms,gpio.door,false\n3ms,gpio.door,true\n4ms,gpio.door,false\n")
+        .run_for(60 * MS);
+    assert_eq!(edges(&ran), [(MS, "gpio.door", true), (3 * MS, "gpio.door", true)]);
+    assert_eq!(ran.at("fast.outputs.b", 60 * MS), "false");
+}

@@ -25,7 +25,7 @@ use latchwork_io::direct::Direct;
 use latchwork_record::SourceId;
 use std::os::fd::BorrowedFd;
 use std::sync::Arc;
-use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 
 /// What makes a lane an interrupt lane.
 pub struct Interrupt {
@@ -54,12 +54,14 @@ impl Drop for Interrupt {
 }
 
 /// An input whose edges start the lane.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub struct EdgeInput {
     /// Cell of its value; that of the quality follows.
     pub cell: u32,
     /// Its level after the last edge, whatever it may be forced to.
     pub level: bool,
+    /// Its level now, where the plant simulates it and only one of both edges starts the lane.
+    pub now: Option<Arc<AtomicBool>>,
 }
 
 /// An input that a polling lane compares.
@@ -122,9 +124,6 @@ impl Lane {
                 match event {
                     Event::Edge { time, input, level, missed } => {
                         interrupt.arrivals.edge(input, time, level, missed, &mut self.parts.recorder);
-                    }
-                    Event::Level { input, level } => {
-                        interrupt.edges[input as usize].level = level;
                     }
                     Event::Tick { time } => interrupt.arrivals.tick(time),
                 }

@@ -9,6 +9,10 @@ use latchwork_io::driver::IoEvent;
 use latchwork_record::{Entry, Kind, SourceId};
 use std::collections::HashMap;
 use std::os::fd::BorrowedFd;
+use std::sync::atomic::Ordering;
+
+/// Batches read of a line in a storm at once: more than the kernel keeps.
+const STORM_BATCHES: usize = 64;
 
 /// The points of one driver that one interrupt lane serves.
 pub struct DirectPart {
@@ -40,6 +44,8 @@ pub struct DirectInput {
 
 /// One output.
 pub struct DirectOutput {
+    /// Place in the configuration.
+    pub point: usize,
     /// What it shows.
     pub probe: Probe,
     /// What it shows when the lane does not run.
@@ -55,6 +61,12 @@ impl DirectPart {
                 add(descriptor);
             }
         }
+    }
+
+    /// The points that work: a bit for each input, then for each output; beyond 64 of them bits are shared.
+    fn good_points(&self) -> u64 {
+        let points = self.inputs.iter().map(|p| p.point).chain(self.outputs.iter().map(|p| p.point));
+        points.enumerate().fold(0, |bits, (i, point)| bits | u64::from(self.direct.good(point)) << (i & 63))
     }
 
     /// Which source an event is about.
@@ -73,7 +85,8 @@ impl Interrupt {
     #[inline]
     pub(super) fn read_levels(&mut self, cells: &mut [u64], events: &mut dyn FnMut(SourceId, IoEvent)) {
         for edge in &self.edges {
-            cells[edge.cell as usize] = u64::from(edge.level);
+            let level = edge.now.as_ref().map_or(edge.level, |now| now.load(Ordering::Relaxed));
+            cells[edge.cell as usize] = u64::from(level);
         }
         for part in &mut self.points {
             for input in &part.inputs {
@@ -106,22 +119,22 @@ impl Lane {
             let mut report = |e: IoEvent| {
                 recorder.push(entry(now, sources.get(&e.source).copied().unwrap_or(source), &e));
             };
-            let was_good: u64 =
-                part.inputs.iter().enumerate().map(|(i, p)| u64::from(part.direct.good(p.point)) << (i & 63)).sum();
+            let were_good = part.good_points();
             part.direct.open(&mut report);
+            let are_good = part.good_points();
+            opened |= are_good & !were_good != 0;
             for (i, input) in part.inputs.iter().enumerate() {
-                if part.direct.good(input.point) && was_good >> (i & 63) & 1 == 0 {
-                    opened = true;
-                    let level = part.direct.level(input.point, &mut report);
-                    if let (Some(level), Some(number)) = (level, input.edge) {
-                        interrupt.edges[number as usize].level = level;
-                    }
+                let fresh = (are_good & !were_good) >> (i & 63) & 1 == 1;
+                if let (true, Some(number)) = (fresh, input.edge)
+                    && let Some(level) = part.direct.level(input.point, &mut report)
+                {
+                    interrupt.edges[number as usize].level = level;
                 }
             }
             healthy &= part.direct.healthy();
         }
         if opened {
-            // Whoever reads the inputs sees their quality with the next execution.
+            // Inputs show their quality, and outputs what they are to show, with the next execution.
             interrupt.arrivals.tick(now);
         }
         healthy
@@ -148,12 +161,18 @@ impl Lane {
                 let was_good = part.direct.good(input.point);
                 let (arrivals, recorder) = (&mut interrupt.arrivals, &mut parts.recorder);
                 let mut failed = None;
-                let again = part.direct.edges(
-                    input.point,
-                    &mut |edge| arrivals.edge(number, plant(edge.at), edge.level, edge.missed, recorder),
-                    &mut |event| failed = Some(event),
-                );
-                more |= again && !storm;
+                // A line in a storm is emptied at once: what stays in the kernel would look like a second storm.
+                for _ in 0..if storm { STORM_BATCHES } else { 1 } {
+                    let again = part.direct.edges(
+                        input.point,
+                        &mut |edge| arrivals.edge(number, plant(edge.at), edge.level, edge.missed, recorder),
+                        &mut |event| failed = Some(event),
+                    );
+                    more |= again && !storm;
+                    if !again {
+                        break;
+                    }
+                }
                 if let Some(event) = failed {
                     recorder.push(entry(now, part.source_of(&event.source), &event));
                 }
