@@ -1,0 +1,94 @@
+//! DigitalOutput of UNICOS CPC, as a component.
+#![no_std]
+
+use latchwork_logic::{self as logic, cpc};
+
+#[derive(Default)]
+struct DigitalOutput {
+    settings: cpc::DigitalOutputSettings,
+    output: cpc::DigitalOutput,
+}
+
+#[latchwork_sdk::block("latchwork:device/digital-output")]
+impl DigitalOutput {
+    fn defaults() -> Settings {
+        let cpc::DigitalOutputSettings { inverted, has_readback, mismatch_time } =
+            cpc::DigitalOutputSettings::default();
+        Settings { inverted, has_readback, mismatch_time: Duration::from_nanos(mismatch_time) }
+    }
+
+    fn configure(&mut self, settings: Settings) -> Result<(), logic::Refusal> {
+        let Settings { inverted, has_readback, mismatch_time } = settings;
+        self.settings = cpc::DigitalOutputSettings { inverted, has_readback, mismatch_time: mismatch_time.ns };
+        Ok(())
+    }
+
+    fn execute(&mut self, scan: Scan, inputs: Inputs, commands: Commands) -> (Outputs, Alarms) {
+        let Inputs { order, readback, io_error, simulated } = inputs;
+        let inputs = cpc::DigitalOutputInputs { order, readback: binary(readback), io_error, simulated };
+        let cpc::DigitalOutputOutputs { output, status } =
+            self.output.execute(&self.settings, scan.elapsed, inputs, force_commands(commands));
+        let alarms = flags([
+            (Alarms::IO_ERROR, status.io_error),
+            (Alarms::FORCED_DIFFERS, status.forced_differs),
+            (Alarms::MISMATCH, status.mismatch),
+        ]);
+        (Outputs { output, status: register(status) }, alarms)
+    }
+
+    fn save(&self) -> Retained {
+        let cpc::DigitalOutput { force, readback } = self.output;
+        Retained {
+            forced: force.active,
+            forced_position: force.value,
+            output: readback.order,
+            differs: readback.differs,
+            differs_for: Duration::from_nanos(readback.elapsed),
+        }
+    }
+
+    fn restore(&mut self, state: Retained) {
+        let Retained { forced, forced_position, output, differs, differs_for } = state;
+        self.output = cpc::DigitalOutput {
+            force: cpc::Force { active: forced, value: forced_position },
+            readback: cpc::Supervision { order: output, differs, elapsed: differs_for.ns },
+        };
+    }
+}
+
+fn register(status: cpc::DigitalOutputStatus) -> StatusRegister {
+    flags([
+        (StatusRegister::POSITION, status.position),
+        (StatusRegister::FORCED, status.forced),
+        (StatusRegister::IO_ERROR, status.io_error),
+        (StatusRegister::SIMULATED, status.simulated),
+        (StatusRegister::ORDER, status.order),
+        (StatusRegister::FORCED_DIFFERS, status.forced_differs),
+        (StatusRegister::MISMATCH, status.mismatch),
+    ])
+}
+
+/// The flags whose condition holds.
+fn flags<T: FromIterator<T>, const N: usize>(all: [(T, bool); N]) -> T {
+    all.into_iter().filter(|(_, holds)| *holds).map(|(flag, _)| flag).collect()
+}
+
+fn force_commands(commands: Commands) -> cpc::ForceCommands {
+    cpc::ForceCommands {
+        force_true: commands.contains(Commands::FORCE_TRUE),
+        force_false: commands.contains(Commands::FORCE_FALSE),
+        unforce: commands.contains(Commands::UNFORCE),
+    }
+}
+
+fn binary(signal: BoolSignal) -> cpc::Binary {
+    cpc::Binary::new(signal.value, quality(signal.quality))
+}
+
+fn quality(quality: Quality) -> logic::Quality {
+    match quality {
+        Quality::Good => logic::Quality::Good,
+        Quality::Uncertain => logic::Quality::Uncertain,
+        Quality::Bad => logic::Quality::Bad,
+    }
+}
