@@ -25,7 +25,7 @@ impl DigitalOutput {
 
     fn execute(&mut self, scan: Scan, inputs: Inputs, commands: Commands) -> (Outputs, Alarms) {
         let Inputs { order, readback, io_error, simulated } = inputs;
-        let inputs = cpc::DigitalOutputInputs { order, readback: binary(readback), io_error, simulated };
+        let inputs = cpc::DigitalOutputInputs { order, readback, io_error, simulated };
         let cpc::DigitalOutputOutputs { output, status } =
             self.output.execute(&self.settings, scan.elapsed, inputs, force_commands(commands));
         let alarms = flags([
@@ -78,17 +78,5 @@ fn force_commands(commands: Commands) -> cpc::ForceCommands {
         force_true: commands.contains(Commands::FORCE_TRUE),
         force_false: commands.contains(Commands::FORCE_FALSE),
         unforce: commands.contains(Commands::UNFORCE),
-    }
-}
-
-fn binary(signal: BoolSignal) -> cpc::Binary {
-    cpc::Binary::new(signal.value, quality(signal.quality))
-}
-
-fn quality(quality: Quality) -> logic::Quality {
-    match quality {
-        Quality::Good => logic::Quality::Good,
-        Quality::Uncertain => logic::Quality::Uncertain,
-        Quality::Bad => logic::Quality::Bad,
     }
 }

@@ -80,8 +80,8 @@ fn to_logic(inputs: &Inputs) -> cpc::OnOffInputs {
         local: inputs.local,
         local_on: inputs.local_on,
         local_off: inputs.local_off,
-        feedback_on: binary(inputs.feedback_on),
-        feedback_off: binary(inputs.feedback_off),
+        feedback_on: inputs.feedback_on,
+        feedback_off: inputs.feedback_off,
         interlocks: interlock_inputs(inputs),
         io_error: inputs.io_error,
         simulated: inputs.simulated,
@@ -178,17 +178,5 @@ fn from_rule(rule: cpc::RestartRule) -> RestartRule {
         cpc::RestartRule::Acknowledge => RestartRule::Acknowledge,
         cpc::RestartRule::Command => RestartRule::Command,
         cpc::RestartRule::CommandEarly => RestartRule::CommandEarly,
-    }
-}
-
-fn binary(signal: BoolSignal) -> cpc::Binary {
-    cpc::Binary::new(signal.value, quality(signal.quality))
-}
-
-fn quality(quality: Quality) -> logic::Quality {
-    match quality {
-        Quality::Good => logic::Quality::Good,
-        Quality::Uncertain => logic::Quality::Uncertain,
-        Quality::Bad => logic::Quality::Bad,
     }
 }

@@ -1,6 +1,6 @@
 //! CPC's DigitalOutput (DO): a binary order to the field, an operator's hold on it, and whether it arrived.
 
-use super::{Binary, Force, ForceCommands, Supervision};
+use super::{Force, ForceCommands, Supervision};
 
 /// Settings of the output.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -25,7 +25,7 @@ pub struct DigitalOutputInputs {
     /// The position that is wanted.
     pub order: bool,
     /// The output as the field has it.
-    pub readback: Binary,
+    pub readback: bool,
     /// The channel reports an error.
     pub io_error: bool,
     /// The channel is simulated.
@@ -48,7 +48,7 @@ pub struct DigitalOutputStatus {
     pub position: bool,
     /// It follows the operator (FoMoSt).
     pub forced: bool,
-    /// The channel or what is read back is bad (IOErrorW).
+    /// The channel reports an error (IOErrorW).
     pub io_error: bool,
     /// The channel is simulated (IOSimuW).
     pub simulated: bool,
@@ -82,12 +82,11 @@ impl DigitalOutput {
         let forced = self.force.execute(commands);
         let position = forced.unwrap_or(order);
         let output = position != settings.inverted;
-        let unread = settings.has_readback && readback.is_bad();
-        let differs = settings.has_readback && !unread && readback.value != output;
+        let differs = settings.has_readback && readback != output;
         let status = DigitalOutputStatus {
             position,
             forced: forced.is_some(),
-            io_error: io_error || unread,
+            io_error,
             simulated,
             order,
             forced_differs: position != order,

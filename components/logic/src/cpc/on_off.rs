@@ -1,8 +1,7 @@
 //! CPC's OnOff: an actuator with two positions, its modes, interlocks and feedbacks.
 
 use super::{
-    Binary, InterlockCommands, InterlockInputs, Interlocks, Mode, ModeInputs, OrderCommands, Orders, RestartRule,
-    Supervision,
+    InterlockCommands, InterlockInputs, Interlocks, Mode, ModeInputs, OrderCommands, Orders, RestartRule, Supervision,
 };
 use crate::{Refusal, refusal};
 
@@ -52,9 +51,9 @@ pub struct OnOffInputs {
     /// Off, from the local panel; wins over `local_on` (HOffR).
     pub local_off: bool,
     /// The actuator is on (HFOn).
-    pub feedback_on: Binary,
+    pub feedback_on: bool,
     /// The actuator is off (HFOff).
-    pub feedback_off: Binary,
+    pub feedback_off: bool,
     /// The interlocks.
     pub interlocks: InterlockInputs,
     /// An input or output of the actuator is in error.
@@ -158,15 +157,16 @@ impl OnOff {
         let output = if interlocked { fail_safe } else { order };
         self.started = output != fail_safe;
 
-        let seen = Feedback::read(settings, &inputs);
-        let differs = seen.on.is_some_and(|on| on != output) || seen.off.is_some_and(|off| off == output);
+        let is_on = settings.has_feedback_on.then_some(inputs.feedback_on);
+        let is_off = settings.has_feedback_off.then_some(inputs.feedback_off);
+        let differs = is_on.is_some_and(|on| on != output) || is_off.is_some_and(|off| off == output);
         let position_alarm = self.feedback.execute(elapsed, output, differs, settings.feedback_timeout);
         let came = came || (position_alarm && !self.position_alarm);
         self.position_alarm = position_alarm;
         self.interlocks.acknowledge(came, interlock_commands.acknowledge);
 
-        let on = seen.on.or(seen.off.map(|off| !off)).unwrap_or(output);
-        let off = seen.off.or(seen.on.map(|on| !on)).unwrap_or(!output);
+        let on = is_on.or(is_off.map(|off| !off)).unwrap_or(output);
+        let off = is_off.or(is_on.map(|on| !on)).unwrap_or(!output);
         let remote = |mode| !inputs.local && self.orders.mode == mode;
         let status = OnOffStatus {
             on,
@@ -187,26 +187,9 @@ impl OnOff {
             moving: differs && !position_alarm,
             position_alarm,
             unacknowledged: self.interlocks.unacknowledged,
-            io_error: inputs.io_error || seen.io_error,
+            io_error: inputs.io_error,
             simulated: inputs.simulated,
         };
         OnOffOutputs { output, on, off, interlocked, status }
-    }
-}
-
-/// The feedbacks that are there and can be read.
-struct Feedback {
-    on: Option<bool>,
-    off: Option<bool>,
-    io_error: bool,
-}
-
-impl Feedback {
-    fn read(settings: &OnOffSettings, inputs: &OnOffInputs) -> Self {
-        let read = |has: bool, feedback: Binary| (has && !feedback.is_bad()).then_some(feedback.value);
-        let on = read(settings.has_feedback_on, inputs.feedback_on);
-        let off = read(settings.has_feedback_off, inputs.feedback_off);
-        let lost = (settings.has_feedback_on && on.is_none()) || (settings.has_feedback_off && off.is_none());
-        Self { on, off, io_error: lost }
     }
 }
