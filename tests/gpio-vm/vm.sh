@@ -70,4 +70,4 @@ chmod +x "$root/init"
 (cd "$root"; find . | cpio -o -H newc --quiet | gzip -1) > "$root.gz"; trap 'rm -rf "$root" "$root.gz"' EXIT
 timeout "${VM_TIMEOUT:-300}" qemu-system-x86_64 -accel tcg -cpu qemu64 -smp 1 -m 768 -nic none -display none -monitor none \
     -serial stdio -no-reboot -kernel "$made/boot/vmlinuz-$kernel" -initrd "$root.gz" \
-    -append "console=ttyS0 panic=-1 quiet tsc=nowatchdog" </dev/null | tr -d '\r'
+    -append "console=ttyS0 panic=-1 oops=panic quiet tsc=nowatchdog" </dev/null | tr -d '\r'

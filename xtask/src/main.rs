@@ -7,7 +7,9 @@ use std::process::ExitCode;
 
 mod bench;
 mod cargo;
+mod cross;
 mod demo;
+mod dist;
 mod guests;
 mod test;
 
@@ -28,6 +30,10 @@ enum Task {
     Guests(guests::Guests),
     /// Build any crate written with latchwork-sdk to a component
     Component(guests::Component),
+    /// Build the static programs that the virtual machine of tests/gpio-vm runs
+    Static,
+    /// Make the archives for x86-64 and aarch64 in TARGET/dist
+    Dist(dist::Dist),
     /// Measure the figures of docs/performance.md
     Bench(bench::Bench),
 }
@@ -38,6 +44,8 @@ fn main() -> ExitCode {
         Task::Test(args) => test::execute(&args),
         Task::Guests(args) => guests::execute(&args),
         Task::Component(args) => guests::execute_component(&args),
+        Task::Static => cross::Machine::X86.build().map(drop),
+        Task::Dist(args) => dist::execute(&args),
         Task::Bench(args) => bench::execute(&args),
     };
     match done {

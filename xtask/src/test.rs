@@ -1,6 +1,7 @@
 //! `cargo xtask test`: everything that must hold before a change lands, in the order of cheapness.
 
 use crate::cargo::{cargo, run, shown, target_dir};
+use crate::cross;
 use crate::demo;
 use crate::guests;
 use anyhow::{Context, Result, bail};
@@ -40,8 +41,13 @@ pub(crate) fn execute(args: &Test) -> Result<()> {
     // With the very choice of targets that the tests have: another one would build the engine once more.
     step("build");
     run(cargo().args(["build", "--release", "--workspace", "--all-targets", "--quiet"]))?;
+    step("programs for the GPIO VM");
+    cross::unless_missing(cross::STATIC_TOOLS, || cross::Machine::X86.build().map(drop))?;
     step("tests");
     let count = tests()?;
+    step("the example on aarch64, emulated");
+    let native = target_dir()?.join("release/latchwork");
+    cross::unless_missing(cross::AARCH64_TOOLS, || cross::compare_under_qemu(&native))?;
     step("the demo, for 5 s");
     demo::execute(&Demo::parse_from(["demo", "--for", "5s", "--port", "0", "--built"]).demo)?;
     step(&format!("all done in {} s", start.elapsed().as_secs()));
