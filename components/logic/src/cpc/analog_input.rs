@@ -75,7 +75,7 @@ pub struct AnalogInputStatus {
     pub io_error: bool,
     /// The raw value is simulated (IOSimuW).
     pub simulated: bool,
-    /// Forced to something else than what is measured (FoDiProW).
+    /// Forced away from what is measured by more than the dead band (FoDiProW).
     pub forced_differs: bool,
     /// The raw value is below its range.
     pub below_range: bool,
@@ -129,7 +129,7 @@ impl AnalogInput {
             forced,
             io_error,
             simulated,
-            forced_differs: forced && settings.forced_value != measured,
+            forced_differs: forced && (settings.forced_value - measured).abs() > settings.deadband,
             below_range,
             above_range,
         };

@@ -2,6 +2,7 @@
 
 use super::{
     InterlockCommands, InterlockInputs, Interlocks, Mode, ModeInputs, OrderCommands, Orders, RestartRule, Supervision,
+    orders::Stop,
 };
 use crate::{Refusal, refusal};
 
@@ -149,10 +150,11 @@ impl OnOff {
     ) -> OnOffOutputs {
         let fail_safe = settings.fail_safe_on;
         self.orders.choose(inputs.local, &inputs.auto, &commands);
+        let before = self.interlocks.full_stop();
         let came = self.interlocks.execute(settings.full_stop_restart, inputs.interlocks, interlock_commands);
         let full_stop = self.interlocks.full_stop();
         let local = inputs.local.then_some((inputs.local_on, inputs.local_off));
-        let order = self.orders.order(local, &inputs.auto, &commands, full_stop, fail_safe);
+        let order = self.orders.order(local, &inputs.auto, &commands, Stop { before, now: full_stop, fail_safe });
         let interlocked = self.interlocks.forbid(self.started);
         let output = if interlocked { fail_safe } else { order };
         self.started = output != fail_safe;

@@ -83,17 +83,15 @@ impl Orders {
     }
 
     /// Takes the orders in, and returns the one that counts. `local` are the orders on and off of the local panel while it
-    /// has control. A `full_stop` turns orders that are only remembered into `fail_safe`: nothing starts from an order
-    /// given before or during the stop.
+    /// has control.
     pub(super) fn order(
         &mut self,
         local: Option<(bool, bool)>,
         inputs: &ModeInputs,
         commands: &OrderCommands,
-        full_stop: bool,
-        fail_safe: bool,
+        stop: Stop,
     ) -> bool {
-        let remembered = |order: bool| if full_stop { fail_safe } else { order };
+        let remembered = |order: bool| if stop.before || stop.now { stop.fail_safe } else { order };
         let level = |on: bool, off: bool, order: bool| match (on, off) {
             (_, true) => false,
             (true, false) => true,
@@ -104,9 +102,22 @@ impl Orders {
             (Some((on, off)), _) => level(on, off, self.manual),
             (None, Mode::Auto) => self.auto,
             (None, Mode::Manual | Mode::Forced) => {
-                remembered(!commands.off_order && (commands.on_order || self.manual))
+                let heard = !stop.now;
+                level(commands.on_order && heard, commands.off_order && heard, self.manual)
             }
         };
         self.manual
     }
+}
+
+/// A full stop turns orders that are only remembered into the fail-safe position: nothing starts from an order given
+/// before or during the stop.
+#[derive(Clone, Copy)]
+pub(super) struct Stop {
+    /// It stood in the last execution.
+    pub(super) before: bool,
+    /// It stands.
+    pub(super) now: bool,
+    /// The fail-safe position.
+    pub(super) fail_safe: bool,
 }

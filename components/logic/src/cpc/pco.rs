@@ -1,7 +1,9 @@
 //! CPC's process control object (PCO): a unit of the plant that is run, in one of up to eight option modes, and commands
 //! the objects that depend on it.
 
-use super::{InterlockCommands, InterlockInputs, Interlocks, Mode, ModeInputs, OrderCommands, Orders, RestartRule};
+use super::{
+    InterlockCommands, InterlockInputs, Interlocks, Mode, ModeInputs, OrderCommands, Orders, RestartRule, orders::Stop,
+};
 use crate::{Refusal, refusal};
 
 /// Number of option modes.
@@ -149,10 +151,12 @@ impl Pco {
     /// One execution. Whatever the mode, an interlock wins over every order.
     pub fn execute(&mut self, settings: &PcoSettings, inputs: PcoInputs, commands: PcoCommands) -> PcoOutputs {
         self.orders.choose(false, &inputs.auto, &commands.orders);
+        let before = self.interlocks.full_stop();
         let came = self.interlocks.execute(settings.full_stop_restart, inputs.interlocks, commands.interlocks);
         self.interlocks.acknowledge(came, commands.interlocks.acknowledge);
         let full_stop = self.interlocks.full_stop();
-        let order = self.orders.order(None, &inputs.auto, &commands.orders, full_stop, false);
+        let stop = Stop { before, now: full_stop, fail_safe: false };
+        let order = self.orders.order(None, &inputs.auto, &commands.orders, stop);
         let interlocked = self.interlocks.forbid(self.run);
         self.run = order && !interlocked;
         self.choose_option(settings, &inputs, &commands);
