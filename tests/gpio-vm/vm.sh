@@ -52,7 +52,7 @@ mkdir -p "$root"/{bin,mod,dev,proc,sys,tmp,etc}
 cp /bin/busybox "$root/bin/busybox"
 cp "$(find "$made" -name configfs.ko)" "$root/mod/1.ko"
 cp "$made/m/irqsim.ko" "$root/mod/2.ko"; cp "$made/m/gpio-sim.ko" "$root/mod/3.ko"
-cp -a "$files" "$root/t"
+cp -a "$files" "$root/t"; chmod a+rX "$root" "$root/t" "$root"/t/*
 printf '%q ' "$@" > "$root/t/.command"
 cat > "$root/init" <<'I'
 #!/bin/busybox sh
