@@ -34,7 +34,7 @@ fn archive(machine: Machine) -> Result<()> {
     let program = machine.build()?;
     let dist = target_dir()?.join("dist");
     let folder = &dist;
-    std::fs::create_dir_all(&folder).with_context(|| format!("{} cannot be made", folder.display()))?;
+    std::fs::create_dir_all(folder).with_context(|| format!("{} cannot be made", folder.display()))?;
     let stripped = folder.join(format!("latchwork-{}", machine.name()));
     let strip = if machine == Machine::Aarch64 { "aarch64-linux-gnu-strip" } else { "strip" };
     run(Command::new(strip).arg("-o").arg(&stripped).arg(&program))?;

@@ -83,3 +83,39 @@ fn from_logic(quality: logic::Quality) -> Quality {
         logic::Quality::Bad => Quality::Bad,
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use core::cell::Cell;
+
+    #[test]
+    fn a_restored_block_goes_on_like_the_one_it_was_saved_from() {
+        let settings = Settings { inverted: true };
+        let configured = || {
+            let mut block = DigitalInput::default();
+            block.configure(settings).expect("accepted");
+            block
+        };
+        let seed = Cell::new(0x2545_f491_4f6c_dd1d_u64);
+        let next = || {
+            let x = seed.get() ^ (seed.get() << 13);
+            let x = x ^ (x >> 7);
+            seed.set(x ^ (x << 17));
+            seed.get() >> 20
+        };
+        let bit = || next() % 2 == 0;
+        let quality = |a: bool, b: bool| if a && b { Quality::Bad } else { Quality::Good };
+        let mut block = configured();
+        for step in 0..5_000 {
+            let mut restored = configured();
+            restored.restore(block.save());
+            assert!(restored.input == block.input, "step {step}");
+            let inputs = Inputs { raw: BoolSignal::new(bit(), quality(bit(), bit())), simulated: bit() };
+            let commands = Commands::from_bits_truncate((next() & next() & next()) as _);
+            let scan = Scan { elapsed: next() % 3, ..Scan::default() };
+            let (out, alarms) = block.execute(scan, inputs, commands);
+            assert!(restored.execute(scan, inputs, commands) == (out, alarms), "step {step}");
+        }
+    }
+}

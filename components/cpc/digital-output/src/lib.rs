@@ -80,3 +80,39 @@ fn force_commands(commands: Commands) -> cpc::ForceCommands {
         unforce: commands.contains(Commands::UNFORCE),
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use core::cell::Cell;
+
+    #[test]
+    fn a_restored_block_goes_on_like_the_one_it_was_saved_from() {
+        let settings =
+            Settings { has_readback: true, mismatch_time: Duration::from_nanos(4), ..DigitalOutput::defaults() };
+        let configured = || {
+            let mut block = DigitalOutput::default();
+            block.configure(settings).expect("accepted");
+            block
+        };
+        let seed = Cell::new(0x2545_f491_4f6c_dd1d_u64);
+        let next = || {
+            let x = seed.get() ^ (seed.get() << 13);
+            let x = x ^ (x >> 7);
+            seed.set(x ^ (x << 17));
+            seed.get() >> 20
+        };
+        let bit = || next() % 2 == 0;
+        let mut block = configured();
+        for step in 0..5_000 {
+            let mut restored = configured();
+            restored.restore(block.save());
+            assert!(restored.output == block.output, "step {step}");
+            let inputs = Inputs { order: bit(), readback: bit(), io_error: bit(), simulated: bit() };
+            let commands = Commands::from_bits_truncate((next() & next() & next()) as _);
+            let scan = Scan { elapsed: next() % 3, ..Scan::default() };
+            let (out, alarms) = block.execute(scan, inputs, commands);
+            assert!(restored.execute(scan, inputs, commands) == (out, alarms), "step {step}");
+        }
+    }
+}

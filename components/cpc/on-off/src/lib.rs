@@ -180,3 +180,57 @@ fn from_rule(rule: cpc::RestartRule) -> RestartRule {
         cpc::RestartRule::CommandEarly => RestartRule::CommandEarly,
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use core::cell::Cell;
+
+    #[test]
+    fn a_restored_block_goes_on_like_the_one_it_was_saved_from() {
+        let settings = Settings {
+            has_feedback_on: true,
+            feedback_timeout: Duration::from_nanos(3),
+            full_stop_restart: RestartRule::Command,
+            ..OnOff::defaults()
+        };
+        let configured = || {
+            let mut block = OnOff::default();
+            block.configure(settings).expect("accepted");
+            block
+        };
+        let seed = Cell::new(0x2545_f491_4f6c_dd1d_u64);
+        let next = || {
+            let x = seed.get() ^ (seed.get() << 13);
+            let x = x ^ (x >> 7);
+            seed.set(x ^ (x << 17));
+            seed.get() >> 20
+        };
+        let rare = || next() % 8 == 0;
+        let bit = || next() % 2 == 0;
+        let mut block = configured();
+        for step in 0..5_000 {
+            let mut restored = configured();
+            restored.restore(block.save());
+            assert!(restored.actuator == block.actuator, "step {step}");
+            let inputs = Inputs {
+                auto_on: bit(),
+                auto_off: rare(),
+                auto_mode_request: rare(),
+                inhibit_forced: rare(),
+                local: rare(),
+                local_on: bit(),
+                local_off: rare(),
+                feedback_on: bit(),
+                start_interlock: rare(),
+                temporary_stop: rare(),
+                full_stop: rare(),
+                ..Inputs::default()
+            };
+            let commands = Commands::from_bits_truncate((next() & next() & next()) as _);
+            let scan = Scan { elapsed: next() % 3, ..Scan::default() };
+            let (out, alarms) = block.execute(scan, inputs, commands);
+            assert!(restored.execute(scan, inputs, commands) == (out, alarms), "step {step}");
+        }
+    }
+}
