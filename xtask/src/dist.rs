@@ -32,10 +32,11 @@ pub(crate) fn execute(args: &Dist) -> Result<()> {
 
 fn archive(machine: Machine) -> Result<()> {
     let program = machine.build()?;
-    let dist = target_dir()?.join("dist");
-    let folder = &dist;
-    std::fs::create_dir_all(folder).with_context(|| format!("{} cannot be made", folder.display()))?;
-    let stripped = folder.join(format!("latchwork-{}", machine.name()));
+    let (folder, parts) = (target_dir()?.join("dist"), target_dir()?.join("dist-parts"));
+    for folder in [&folder, &parts] {
+        std::fs::create_dir_all(folder).with_context(|| format!("{} cannot be made", folder.display()))?;
+    }
+    let stripped = parts.join(format!("latchwork-{}", machine.name()));
     let strip = if machine == Machine::Aarch64 { "aarch64-linux-gnu-strip" } else { "strip" };
     run(Command::new(strip).arg("-o").arg(&stripped).arg(&program))?;
 
@@ -61,7 +62,7 @@ fn archive(machine: Machine) -> Result<()> {
         for file in files(&root.join(folder))? {
             let to = file.strip_prefix(&root).unwrap_or(&file).display().to_string();
             // In the archive the components stand elsewhere.
-            let from = if to.ends_with("plant.toml") { moved(&file, &dist)? } else { file };
+            let from = if to.ends_with("plant.toml") { moved(&file, &parts)? } else { file };
             add(&to, &from)?;
         }
     }
