@@ -39,10 +39,14 @@ pub type Report<'a> = &'a mut dyn FnMut(IoEvent);
 /// However it ends (dropped in order, by a panic), its outputs must have their safe values afterwards: write them in a
 /// `Drop`. Nothing here may block, and nothing but [`Self::open`] and the reporting of a failure may allocate.
 pub trait Direct: Send {
-    /// Opens what is not open: at start, then once a second while [`Self::healthy`] is false. Outputs begin with their
-    /// safe values. Reports what it could not open when that begins or its reason changes, not at every try, and what
+    /// Opens what is not open: called at start, then about once a second while [`Self::healthy`] is false. While tries fail
+    /// in the same way it may leave out calls. Outputs begin with their safe values. Reports what it could not open when that begins or its reason changes, not at every try, and what
     /// has come back.
     fn open(&mut self, report: Report<'_>);
+
+    /// Called about once a second while nothing else happens: closes and reports what is gone, such as a chip of outputs alone
+    /// that was unplugged while no output changed. Costs little and asks no device.
+    fn check(&mut self, _report: Report<'_>) {}
 
     /// True when all points are open.
     fn healthy(&self) -> bool;

@@ -157,38 +157,36 @@ impl Layout {
         let Resolved::Cell { location: Location { region, slot, bit, .. }, not } = self.tags.resolve(tag)? else {
             return Ok(None);
         };
-        let layout = &mut self.lanes[lane];
-        let mut cell = slot;
-        if region as usize != lane {
-            let at = layout.imports.partition_point(|(r, _)| *r < region);
-            if layout.imports.get(at).is_none_or(|(r, _)| *r != region) {
-                layout.imports.insert(at, (region, Vec::new()));
-            }
-            let list = &mut layout.imports[at].1;
-            cell = match list.iter().find(|(s, _)| *s == slot) {
-                Some((_, known)) => *known,
-                None => {
-                    layout.cells.push(0);
-                    let new = (layout.cells.len() - 1) as u32;
-                    list.push((slot, new));
-                    new
-                }
-            };
-        }
-        Ok(Some(Probe { cell, shift: bit, not }))
+        Ok(Some(Probe { cell: self.visible(lane, region, slot), shift: bit, not }))
     }
 
-    /// Where a lane sees a tag that it reads already, or that is its own.
-    pub fn seen(&self, lane: usize, tag: TagId) -> Result<Probe, TagError> {
-        let Resolved::Cell { location: Location { region, slot, bit, .. }, not } = self.tags.resolve(tag)? else {
-            return Ok(Probe { cell: STATE, shift: None, not: false });
+    /// The same for a tag's quality; `None` for one that is always good.
+    pub fn probe_quality(&mut self, lane: usize, tag: TagId) -> Result<Option<Probe>, TagError> {
+        let Resolved::Cell { location: Location { region, quality: Some(slot), .. }, .. } = self.tags.resolve(tag)?
+        else {
+            return Ok(None);
         };
-        let imported = || {
-            let (_, list) = self.lanes[lane].imports.iter().find(|(r, _)| *r == region)?;
-            list.iter().find(|(s, _)| *s == slot).map(|(_, cell)| *cell)
-        };
-        let cell = if region as usize == lane { slot } else { imported().unwrap_or(STATE) };
-        Ok(Probe { cell, shift: bit, not })
+        Ok(Some(Probe { cell: self.visible(lane, region, slot), shift: None, not: false }))
+    }
+
+    /// The lane's cell that shows a slot of a region: its own, or an import.
+    fn visible(&mut self, lane: usize, region: u32, slot: u32) -> u32 {
+        if region as usize == lane {
+            return slot;
+        }
+        let layout = &mut self.lanes[lane];
+        let at = layout.imports.partition_point(|(r, _)| *r < region);
+        if layout.imports.get(at).is_none_or(|(r, _)| *r != region) {
+            layout.imports.insert(at, (region, Vec::new()));
+        }
+        let list = &mut layout.imports[at].1;
+        if let Some((_, known)) = list.iter().find(|(s, _)| *s == slot) {
+            return *known;
+        }
+        layout.cells.push(0);
+        let new = (layout.cells.len() - 1) as u32;
+        list.push((slot, new));
+        new
     }
 
     fn tag(&mut self, model: &Model, what: TagRef, source: Source) -> Result<(), TagError> {

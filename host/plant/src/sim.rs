@@ -1,11 +1,10 @@
 //! Points of `sim` drivers: regions that a stimulus writes.
 
-use crate::lane::{Event, Simulated, Wake};
+use crate::lane::{Sender, Simulated};
 use crate::model::Model;
 use latchwork_image::{Quality, RegionWriter, Type};
 use latchwork_io::driver::PointConfig;
 use std::collections::HashMap;
-use std::sync::Arc;
 
 /// A stimulus row, resolved.
 #[derive(Clone, Debug)]
@@ -58,8 +57,7 @@ pub enum PointPlace {
 
 struct SimLane {
     edges: Vec<Simulated>,
-    events: rtrb::Producer<Event>,
-    wake: Option<Arc<Wake>>,
+    to: Sender,
 }
 
 /// First value of a sim point.
@@ -104,18 +102,13 @@ impl SimPoints {
     }
 
     /// Points that start an interrupt lane, by name.
-    pub(crate) fn add_edges(
-        &mut self,
-        edges: Vec<(String, Simulated)>,
-        events: rtrb::Producer<Event>,
-        wake: Option<Arc<Wake>>,
-    ) {
+    pub(crate) fn add_edges(&mut self, edges: Vec<(String, Simulated)>, to: Sender) {
         let (lane, mut list) = (self.lanes.len(), Vec::new());
         for (at, (name, edge)) in edges.into_iter().enumerate() {
             self.points.insert(name, (PointPlace::Edge { lane, at }, Type::Bool));
             list.push(edge);
         }
-        self.lanes.push(SimLane { edges: list, events, wake });
+        self.lanes.push(SimLane { edges: list, to });
     }
 
     /// The place and type of an input point.
@@ -158,9 +151,8 @@ impl SimPoints {
 
 impl SimLane {
     fn set(&mut self, at: usize, level: bool, now: u64) {
-        let told = self.edges[at].set(level, now, &mut self.events);
-        if told && let Some(wake) = &self.wake {
-            wake.wake();
+        if self.edges[at].set(level, now, &mut self.to) {
+            self.to.wake();
         }
     }
 }

@@ -1,6 +1,7 @@
 //! The router: one ordered, numbered stream out of all queues.
 
-use crate::{Entry, Record, SourceId};
+use crate::{Entry, Kind, Record, SourceId};
+use latchwork_image::Value;
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 
@@ -91,6 +92,31 @@ impl Router {
         }
     }
 
+    /// A record of who has no queue of its own, at plant time `time`; it leaves at once.
+    pub fn note(
+        &mut self,
+        time: u64,
+        kind: Kind,
+        source: &str,
+        transition: &'static str,
+        text: String,
+        mut to: impl FnMut(&Record),
+    ) {
+        self.seq += 1;
+        to(&Record {
+            seq: self.seq,
+            time: self.epoch.saturating_add(time),
+            kind,
+            source: source.to_owned(),
+            transition,
+            previous: Value::None,
+            current: Value::None,
+            priority: 255,
+            user: String::new(),
+            text,
+        });
+    }
+
     fn record(&self, entry: &Entry) -> Record {
         Record {
             seq: self.seq,
@@ -110,7 +136,7 @@ impl Router {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{Kind, queue};
+    use crate::queue;
 
     #[test]
     fn entries_leave_by_time_across_queues() {

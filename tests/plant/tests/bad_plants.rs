@@ -202,6 +202,25 @@ fn interrupt_lanes() {
 }
 
 #[test]
+fn hardware_watchdogs() {
+    let named = "name = \"good\"\nwatchdog-device = \"/dev/watchdog\"";
+    let slow =
+        format!("{named}\nwatchdog-timeout = \"6s\"\ncomponents = [\"components\"]\n\n[lane.main]\nevery = \"4s\"");
+    let polling =
+        format!("{named}\ncomponents = [\"components\"]\n\n[lane.main]\non = [\"hall.button\"]\npoll = \"10ms\"");
+    let head = "name = \"good\"\ncomponents = [\"components\"]\n\n[lane.main]\nevery = \"10ms\"";
+    golden(
+        "hardware_watchdogs",
+        &[
+            ("shorter than the drivers' stop", "name = \"good\"", &format!("{named}\nwatchdog-timeout = \"2s\"")),
+            ("a lane too slow to pet it", head, &slow),
+            ("no cyclic lane to pet it", head, &polling),
+        ],
+        false,
+    );
+}
+
+#[test]
 fn wires() {
     golden(
         "wires",

@@ -141,7 +141,7 @@ fn edges_ticks_storms_and_their_records_allocate_nothing() {
             let lane = &mut plant.lanes[1];
             lane.collect();
             lane.calm(now);
-            while let Some(arrival) = lane.next_arrival() {
+            while let Some(arrival) = lane.next_arrival(u64::MAX) {
                 handled += 1;
                 lane.activate(arrival, now, || now + 1000);
             }

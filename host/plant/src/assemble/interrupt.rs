@@ -2,7 +2,7 @@
 
 use super::points::{DriverSources, direct_parts};
 use super::{AssembleError, Time};
-use crate::lane::{Arrivals, EdgeInput, EdgeKind, Feed, Follower, Interrupt, Simulated, Wake, Watched};
+use crate::lane::{Arrivals, EdgeInput, EdgeKind, Feed, Follower, Interrupt, Sender, Simulated, Wake, Watched};
 use crate::layout::{Layout, Probe};
 use crate::model::{self, Model, TagRef};
 use crate::sim::SimPoints;
@@ -19,13 +19,35 @@ pub(super) struct Interrupts {
     pub(super) followers: Vec<Vec<Follower>>,
     pub(super) initial: Vec<Vec<(u32, u64)>>,
     pub(super) wakes: Vec<Arc<Wake>>,
-    pub(super) oldest: Vec<Arc<AtomicU64>>,
+}
+
+/// Where a polling lane sees value and quality of each input of its `on`; empty for any other lane.
+pub(super) type Polled = Vec<(Probe, Probe)>;
+
+/// Makes the inputs of `on` visible in lanes that poll; by lane.
+pub(super) fn polled(model: &Model, layout: &mut Layout) -> Result<Vec<Polled>, AssembleError> {
+    let mut lanes = Vec::new();
+    for (index, lane) in model.lanes.iter().enumerate() {
+        let mut probes = Polled::new();
+        for (driver, point) in lane.interrupt.iter().filter(|i| i.poll).flat_map(|i| &i.on) {
+            let tag = layout.ids[&TagRef::Point { driver: *driver, point: *point }];
+            let (value, quality) = (layout.probe(index, tag)?, layout.probe_quality(index, tag)?);
+            probes.push(value.zip(quality).ok_or_else(|| AssembleError::Lane {
+                lane: lane.name.clone(),
+                message: format!("`{}` never changes", layout.tags.get(tag).name),
+            })?);
+        }
+        lanes.push(probes);
+    }
+    Ok(lanes)
 }
 
 impl Interrupts {
     pub(super) fn new(
         model: &Model,
         layout: &Layout,
+        polled: Vec<Polled>,
+        oldest: &[Arc<AtomicU64>],
         sources: &[DriverSources],
         sim: &mut SimPoints,
         time: Time,
@@ -36,11 +58,10 @@ impl Interrupts {
             followers: (0..lanes).map(|_| Vec::new()).collect(),
             initial: (0..lanes).map(|_| Vec::new()).collect(),
             wakes: Vec::new(),
-            oldest: Vec::new(),
         };
-        for (index, lane) in model.lanes.iter().enumerate() {
+        for ((index, lane), polled) in model.lanes.iter().enumerate().zip(polled) {
             if let Some(interrupt) = &lane.interrupt {
-                all.add(model, layout, sources, sim, time, index, interrupt)?;
+                all.add(model, layout, polled, oldest, sources, sim, time, index, interrupt)?;
             }
         }
         Ok(all)
@@ -55,6 +76,8 @@ impl Interrupts {
         &mut self,
         model: &Model,
         layout: &Layout,
+        polled: Polled,
+        oldest: &[Arc<AtomicU64>],
         sources: &[DriverSources],
         sim: &mut SimPoints,
         time: Time,
@@ -70,17 +93,16 @@ impl Interrupts {
         let source = |(driver, point): &(usize, usize)| sources[*driver].point(&model.drivers[*driver], *point);
         let names: Vec<_> = of.on.iter().map(source).collect();
         let (mut events, mut edges, mut watched) = (Vec::new(), Vec::new(), Vec::new());
-        let mut queue = |ticks, feeds| {
+        let mut sender = || {
             let (producer, consumer) = rtrb::RingBuffer::new(EVENTS);
             events.push(consumer);
-            Follower { ticks, feeds, events: producer, wake: wake.clone() }
+            Sender { events: producer, wake: wake.clone(), oldest: Arc::clone(&oldest[lane]) }
         };
         let mut feeds: Vec<(usize, Feed)> = Vec::new();
         if of.poll {
-            for (on, name) in of.on.iter().zip(&names) {
-                let tag = layout.ids[&TagRef::Point { driver: on.0, point: on.1 }];
-                let ty = layout.tags.get(tag).ty.clone();
-                watched.push(Watched { probe: layout.seen(lane, tag)?, ty, source: *name, last: None });
+            for ((on, source), (probe, quality)) in of.on.iter().zip(&names).zip(polled) {
+                let ty = layout.tags.get(layout.ids[&TagRef::Point { driver: on.0, point: on.1 }]).ty.clone();
+                watched.push(Watched { probe, quality, ty, source: *source, last: None });
             }
         } else {
             let mut simulated = Vec::new();
@@ -108,8 +130,7 @@ impl Interrupts {
                 edges.push(EdgeInput { cell, level, now });
             }
             if !simulated.is_empty() {
-                let Follower { events, wake, .. } = queue(false, Vec::new());
-                sim.add_edges(simulated, events, wake);
+                sim.add_edges(simulated, sender());
             }
         }
         for from in 0..model.lanes.len() {
@@ -117,7 +138,8 @@ impl Interrupts {
             feeds = others;
             let ticks = of.also_with == Some(from);
             if ticks || !mine.is_empty() {
-                self.followers[from].push(queue(ticks, mine.into_iter().map(|(_, f)| f).collect()));
+                let feeds = mine.into_iter().map(|(_, f)| f).collect();
+                self.followers[from].push(Follower { ticks, feeds, to: sender() });
             }
         }
         let points = direct_parts(model, layout, lane, sources)
@@ -125,9 +147,7 @@ impl Interrupts {
         let served: Vec<_> = layout.lanes[lane].served.iter().flatten().copied().collect();
         let served = served.iter().min().map_or(0..0, |first| *first..served.iter().max().unwrap_or(first) + 2);
         let arrivals = Arrivals::new(&names, of.queue, of.storm_limit);
-        let oldest = Arc::new(AtomicU64::new(u64::MAX));
-        self.oldest.push(Arc::clone(&oldest));
-        let interrupt = Interrupt { arrivals, edges, watched, points, events, wake, served, oldest };
+        let interrupt = Interrupt { arrivals, edges, watched, points, events, wake, served };
         self.interrupts[lane] = Some(Box::new(interrupt));
         Ok(())
     }

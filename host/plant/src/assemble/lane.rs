@@ -8,6 +8,8 @@ use crate::layout::Layout;
 use crate::model::Model;
 use latchwork_image::{RegionReader, RegionWriter, Type};
 use latchwork_record::{Recorder, SourceId};
+use std::sync::Arc;
+use std::sync::atomic::AtomicU64;
 
 /// What belongs to one lane alone.
 pub(super) struct LaneWiring {
@@ -21,6 +23,7 @@ pub(super) struct LaneWiring {
     pub(super) forces: latchwork_image::ForceInbox,
     pub(super) followers: Vec<Follower>,
     pub(super) interrupt: Option<Box<Interrupt>>,
+    pub(super) oldest: Arc<AtomicU64>,
     /// First values of single cells.
     pub(super) initial: Vec<(u32, u64)>,
 }
@@ -100,6 +103,7 @@ impl LaneWiring {
             tracer: self.tracer,
             followers: self.followers,
             interrupt: self.interrupt,
+            oldest: self.oldest,
         })
     }
 }

@@ -8,7 +8,7 @@ mod trace;
 
 use crate::lane::{Change, Lane, Mode, Request, Tracer, Wake, Watch};
 use crate::layout::{Layout, lane_source};
-use crate::model::{Model, TagRef};
+use crate::model::Model;
 use crate::sim::{Action, SimPoints};
 use crate::supervisor::{LaneLink, Supervisor};
 use interrupt::Interrupts;
@@ -141,7 +141,7 @@ pub struct Plant {
     pub(crate) tick: u64,
     /// Wakes the threads of interrupt lanes.
     pub(crate) wakes: Vec<Arc<Wake>>,
-    /// Time of the oldest edge that waits, by interrupt lane.
+    /// Time of the oldest record that a lane may still make, by lane.
     pub(crate) oldest: Vec<Arc<AtomicU64>>,
 }
 
@@ -204,12 +204,7 @@ pub fn assemble(model: Model, engine: &Engine, options: &Options<'_>) -> Result<
         }
     }
 
-    for (index, lane) in model.lanes.iter().enumerate() {
-        for (driver, point) in lane.interrupt.iter().filter(|i| i.poll).flat_map(|i| &i.on) {
-            let tag = layout.ids[&TagRef::Point { driver: *driver, point: *point }];
-            layout.probe(index, tag)?;
-        }
-    }
+    let polled = interrupt::polled(&model, &mut layout)?;
 
     let mut forces = ForceBoard::default();
     let (mut writers, mut readers) = (Vec::new(), Vec::new());
@@ -230,7 +225,8 @@ pub fn assemble(model: Model, engine: &Engine, options: &Options<'_>) -> Result<
     let mut sources = Sources::default();
     let driver_sources: Vec<_> = model.drivers.iter().map(|d| DriverSources::new(d, &mut sources)).collect();
     let mut sim = SimPoints::default();
-    let mut interrupts = Interrupts::new(&model, &layout, &driver_sources, &mut sim, options.time)?;
+    let oldest: Vec<_> = model.lanes.iter().map(|_| Arc::new(AtomicU64::new(u64::MAX))).collect();
+    let mut interrupts = Interrupts::new(&model, &layout, polled, &oldest, &driver_sources, &mut sim, options.time)?;
     let (mut lanes, mut links, mut trace, mut queues) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
     let mut instances: Vec<_> = instances.into_iter().map(Some).collect();
     for (index, watches) in watches.into_iter().enumerate() {
@@ -251,6 +247,7 @@ pub fn assemble(model: Model, engine: &Engine, options: &Options<'_>) -> Result<
         });
         let wiring = LaneWiring {
             index,
+            oldest: Arc::clone(&oldest[index]),
             region: writer,
             source,
             recorder,
@@ -305,6 +302,6 @@ pub fn assemble(model: Model, engine: &Engine, options: &Options<'_>) -> Result<
         engine: engine.clone(),
         tick,
         wakes: interrupts.wakes,
-        oldest: interrupts.oldest,
+        oldest,
     })
 }

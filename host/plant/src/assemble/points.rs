@@ -1,7 +1,7 @@
 //! Drivers: what the I/O thread serves of them, and what interrupt lanes do.
 
 use super::Sources;
-use crate::lane::{DirectInput, DirectOutput, DirectPart, EdgeKind};
+use crate::lane::{DirectInput, DirectNames, DirectOutput, DirectPart, EdgeKind};
 use crate::layout::{Layout, Probe, STATE};
 use crate::model::{Driver, Lane, Model, Served, TagRef};
 use latchwork_image::{Location, RegionReader, Resolved, View};
@@ -71,7 +71,7 @@ pub(super) fn direct_parts(
             if let Some(cell) = layout.lanes[lane].served[*at] {
                 let edge = (s.role == Role::Edge).then_some(*at as u32);
                 let level = s.role == Role::Level || EdgeKind::of(config) != EdgeKind::Both;
-                inputs.push(DirectInput { point, cell, edge, level });
+                inputs.push(DirectInput { point, cell, edge, level, good: false });
                 continue;
             }
             let tag = layout.ids[&TagRef::Point { driver: index, point: s.point }];
@@ -80,11 +80,11 @@ pub(super) fn direct_parts(
                 Resolved::Cell { location: Location { slot, bit, .. }, not } => Probe { cell: slot, shift: bit, not },
                 Resolved::Constant(_) => return Err(failed(format!("point `{}` shows a constant", config.name))),
             };
-            outputs.push(DirectOutput { point, probe, safe: config.safe.unwrap_or(0) });
+            outputs.push(DirectOutput { point, probe, safe: config.safe.unwrap_or(0), good: false });
         }
         let values = vec![0; outputs.len()];
-        let (source, known) = (sources[index].source, sources[index].known.clone());
-        parts.push(DirectPart { direct, inputs, outputs, values, source, sources: known });
+        let names = DirectNames { driver: sources[index].source, points: sources[index].known.clone() };
+        parts.push(DirectPart { direct, inputs, outputs, values, names });
     }
     Ok(parts)
 }

@@ -5,9 +5,12 @@ use crate::file::{LaneEntry, PlantFile};
 use crate::model;
 use latchwork_image::format_duration;
 use latchwork_schema::{Checker, Finding};
+use std::path::PathBuf;
 
 /// Watchdog of an interrupt lane that names none, ns.
 const INTERRUPT_WATCHDOG: u64 = 50_000_000;
+/// Timeout of a hardware watchdog that names none, ns.
+const WATCHDOG_TIMEOUT: u64 = 10_000_000_000;
 
 /// A lane of the model; its place in the list is that in the file.
 pub(super) struct LaneDraft {
@@ -16,6 +19,32 @@ pub(super) struct LaneDraft {
 
 pub(super) fn lanes(checker: &mut Checker, file: &PlantFile) -> Vec<LaneDraft> {
     file.lanes.iter().map(|entry| LaneDraft { lane: lane(checker, entry) }).collect()
+}
+
+/// The hardware watchdog: device, and timeout in ns.
+pub(super) fn watchdog(checker: &mut Checker, file: &PlantFile, lanes: &[LaneDraft]) -> Option<(PathBuf, u64)> {
+    let device = file.plant.text("watchdog-device")?;
+    let timeout = file.plant.duration("watchdog-timeout").unwrap_or(WATCHDOG_TIMEOUT);
+    let span = file.plant.span_of("watchdog-device");
+    // A lane that was refused may be the one that pets.
+    match lanes.iter().find(|l| l.lane.interrupt.is_none()) {
+        None if file.refused_lanes.is_empty() => {
+            let finding = Finding::error(&span, "nobody would pet the watchdog: the plant has no cyclic lane");
+            checker.add(finding.help("add a lane with `every`; the first one pets it"));
+        }
+        Some(LaneDraft { lane }) if lane.every.saturating_mul(2) > timeout => {
+            let message = format!(
+                "lane `{}` would pet the watchdog every {}, and it resets the machine after {}",
+                lane.name,
+                format_duration(lane.every),
+                format_duration(timeout)
+            );
+            let help = "give `watchdog-timeout` at least twice the period, or put a faster cyclic lane first";
+            checker.add(Finding::error(&span, message).help(help));
+        }
+        _ => {}
+    }
+    Some((PathBuf::from(device), timeout))
 }
 
 fn lane(checker: &mut Checker, entry: &LaneEntry) -> model::Lane {

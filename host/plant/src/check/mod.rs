@@ -140,16 +140,14 @@ fn build(
     interrupts::notes(checker, file, &lanes, &drafts);
     notes::circles(checker, &blocks, &drafts, &drivers);
     notes::limits(checker, &drafts);
+    let watchdog = lanes::watchdog(checker, file, &lanes);
     let mut model = Model {
         name: file.plant.text("name").unwrap_or_default().to_owned(),
         lanes: lanes.into_iter().map(|l| l.lane).collect(),
         drivers: drivers.into_iter().filter_map(|d| d.driver).collect(),
         blocks: blocks.into_iter().flatten().collect(),
         sim: options.sim,
-        watchdog: file
-            .plant
-            .text("watchdog-device")
-            .map(|device| (PathBuf::from(device), file.plant.duration("watchdog-timeout").unwrap_or(10_000_000_000))),
+        watchdog,
     };
     // Only in a model whose indices are all right is the order of blocks that of the file.
     if !checker.findings.iter().any(|f| f.severity == Severity::Error) {

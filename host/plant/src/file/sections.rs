@@ -26,10 +26,10 @@ pub(crate) static PLANT: Section = Section {
         ),
         Key::optional(
             "watchdog-timeout",
-            Kind::Duration { min: SECOND, max: 3600 * SECOND },
+            Kind::Duration { min: 5 * SECOND, max: 3600 * SECOND },
             "\"10s\"",
-            "Time without a scan in time after which the hardware watchdog resets the machine, in whole seconds. A \
-             Raspberry Pi takes at most 15 s.",
+            "Time without a scan in time after which the hardware watchdog resets the machine, in whole seconds; at least 5 s, \
+             because drivers have 3 s for their safe values when the plant stops. A Raspberry Pi takes at most 15 s.",
         ),
     ],
 };

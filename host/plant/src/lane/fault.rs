@@ -85,6 +85,8 @@ impl Lane {
         let state = rest.state;
         let stop = rest.on_fault == OnFault::StopLane;
         parts.recorder.push(entry);
+        // Safe values may be another register.
+        self.status_changed(index, now);
         if state == BlockState::Faulted {
             self.waiting.push(index as u32);
         }
@@ -109,6 +111,9 @@ impl Lane {
         }
         let entry = Entry::new(now, Kind::Lane, parts.source, "faulted").priority(255);
         parts.recorder.push(entry.text(format_args!("{why}; outputs take their safe values")));
+        for index in 0..self.parts.blocks.len() {
+            self.status_changed(index, now);
+        }
         self.settle_arrivals(now);
     }
 }

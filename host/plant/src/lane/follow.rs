@@ -6,7 +6,7 @@ use latchwork_io::driver::PointConfig;
 use rustix::event::{EventfdFlags, eventfd};
 use std::os::fd::{AsFd, BorrowedFd, OwnedFd};
 use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 
 /// Something that has happened to an interrupt lane.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -71,12 +71,12 @@ pub struct Simulated {
 
 impl Simulated {
     /// Sets the level at plant time `now`; the event, if that is one. A point that is set to what it is makes none.
-    pub fn set(&mut self, level: bool, now: u64, events: &mut rtrb::Producer<Event>) -> bool {
+    pub fn set(&mut self, level: bool, now: u64, to: &mut Sender) -> bool {
         if self.level.swap(level, Ordering::Relaxed) == level || !self.edge.starts(level) {
             return false;
         }
         let event = Event::Edge { time: now, input: self.input, level, missed: self.missed };
-        self.missed = if events.push(event).is_ok() { 0 } else { self.missed + 1 };
+        self.missed = if to.push(now, event) { 0 } else { self.missed + 1 };
         true
     }
 }
@@ -108,6 +108,34 @@ impl Wake {
     }
 }
 
+/// The way to an interrupt lane.
+pub struct Sender {
+    /// Events under way.
+    pub events: rtrb::Producer<Event>,
+    /// Its thread; none at virtual time.
+    pub wake: Option<Arc<Wake>>,
+    /// Time of the oldest record it may still make, ns.
+    pub oldest: Arc<AtomicU64>,
+}
+
+impl Sender {
+    /// Sends what happened at plant time `time`; false without room for it.
+    #[inline]
+    fn push(&mut self, time: u64, event: Event) -> bool {
+        // Before the lane itself knows, nobody shall pass on younger records.
+        self.oldest.fetch_min(time, Ordering::AcqRel);
+        self.events.push(event).is_ok()
+    }
+
+    /// Wakes the lane's thread.
+    #[inline]
+    pub(crate) fn wake(&self) {
+        if let Some(wake) = &self.wake {
+            wake.wake();
+        }
+    }
+}
+
 /// A tag that feeds an input of an interrupt lane (`[sim.feed]`).
 pub struct Feed {
     /// The tag, as the feeding lane sees it.
@@ -123,9 +151,7 @@ pub struct Follower {
     /// What this lane feeds.
     pub feeds: Vec<Feed>,
     /// The way there.
-    pub events: rtrb::Producer<Event>,
-    /// Its thread; none at virtual time.
-    pub wake: Option<Arc<Wake>>,
+    pub to: Sender,
 }
 
 impl Follower {
@@ -134,14 +160,14 @@ impl Follower {
     pub(super) fn notify(&mut self, end: u64, cells: &[u64]) {
         let mut told = false;
         for feed in &mut self.feeds {
-            told |= feed.to.set(feed.probe.read(cells) & 1 == 1, end, &mut self.events);
+            told |= feed.to.set(feed.probe.read(cells) & 1 == 1, end, &mut self.to);
         }
         if self.ticks {
             // A lane that is this far behind has many of them waiting; it counts its overruns itself.
-            told |= self.events.push(Event::Tick { time: end }).is_ok();
+            told |= self.to.push(end, Event::Tick { time: end });
         }
-        if told && let Some(wake) = &self.wake {
-            wake.wake();
+        if told {
+            self.to.wake();
         }
     }
 }

@@ -18,8 +18,10 @@ mod trace;
 
 pub use block::{Block, BlockState, Rest};
 pub use fault::{BACK_OFF, STRIKES};
-pub use follow::{EdgeKind, Event, Feed, Follower, Simulated, Wake};
-pub use interrupt::{Arrival, Arrivals, Cause, DirectInput, DirectOutput, DirectPart, EdgeInput, Interrupt, Watched};
+pub use follow::{EdgeKind, Event, Feed, Follower, Sender, Simulated, Wake};
+pub use interrupt::{
+    Arrival, Arrivals, Cause, DirectInput, DirectNames, DirectOutput, DirectPart, EdgeInput, FOLLOW, Interrupt, Watched,
+};
 pub use request::{Mode, Reply, Request, RestartRequest};
 pub use statistics::Statistics;
 pub use status::Register;
@@ -28,6 +30,8 @@ pub use trace::{Change, Tracer, Watch};
 use crate::layout::{Convert, STATE};
 use latchwork_image::{ForceInbox, RegionReader, RegionWriter};
 use latchwork_record::{Entry, Kind, Recorder, SourceId};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
 
 /// State of a lane, first cell of its region.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -105,6 +109,8 @@ pub struct LaneParts {
     pub followers: Vec<Follower>,
     /// What makes it an interrupt lane.
     pub interrupt: Option<Box<Interrupt>>,
+    /// Time of the oldest record it may still make, ns; all ones without any: younger records of others wait for it.
+    pub oldest: Arc<AtomicU64>,
 }
 
 /// The times of one execution of a lane, ns of plant time.
@@ -173,6 +179,12 @@ impl Lane {
     /// Rows of the trace that found no room.
     pub fn trace_lost(&self) -> u64 {
         self.parts.tracer.lost()
+    }
+
+    /// Tells the other threads that records as old as `time` (plant time, ns) may still come; all ones when none will.
+    pub fn mark(&self, time: u64) {
+        // Whoever sees the mark taken back sees the records, too.
+        self.parts.oldest.store(time, Ordering::Release);
     }
 
     /// Makes a record about the lane itself; not from within a scan.
@@ -264,6 +276,7 @@ impl Lane {
             self.parts.recorder.push(Entry::new(now, Kind::Lane, self.parts.source, "stopped"));
             self.publish_state(now);
             self.write_points(now);
+            self.mark(u64::MAX);
         }
     }
 
@@ -292,5 +305,6 @@ impl Drop for Lane {
             self.parts.cells[STATE as usize] = self.state as u64;
             self.parts.region.publish(&self.parts.cells, 0);
         }
+        self.mark(u64::MAX);
     }
 }

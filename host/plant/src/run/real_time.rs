@@ -4,7 +4,7 @@ use super::machine::Machine;
 use super::watchdog::Watchdog;
 use super::{Clock, Control, Observer, Outcome, RunOptions};
 use crate::assemble::{DriverParts, Plant};
-use crate::lane::{Lane, LaneState};
+use crate::lane::{Lane, LaneState, Wake};
 use latchwork_block::Ticker;
 use latchwork_image::Quality;
 use latchwork_io::IoThread;
@@ -12,7 +12,8 @@ use latchwork_io::driver::{DriverContext, IoEvent};
 use latchwork_record::{Entry, Kind, Recorder, SourceId};
 use std::collections::HashMap;
 use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::thread::JoinHandle;
 use std::time::Duration;
 
 /// Period of the caller's housekeeping: restarts, records, display, ns.
@@ -24,27 +25,60 @@ const FIRST_READING: u64 = 1_000_000_000;
 /// Time the drivers have to write their safe values.
 const DRIVERS_STOP: Duration = Duration::from_secs(3);
 
-/// Runs a plant by a clock until its time is over, `stop` turns true, or no lane runs any more.
+/// The lanes' threads. Dropped, it ends them in order: also when whoever watches them panics.
+struct Threads {
+    stop: Arc<AtomicBool>,
+    wakes: Vec<Arc<Wake>>,
+    lanes: Vec<(usize, JoinHandle<(Lane, Option<Watchdog>)>)>,
+}
+
+impl Threads {
+    fn finished(&self, lane: usize) -> bool {
+        self.lanes.iter().all(|(index, thread)| *index != lane || thread.is_finished())
+    }
+
+    /// Time of the oldest record that a lane may still make, ns.
+    fn oldest(&self, marks: &[Arc<AtomicU64>]) -> u64 {
+        let alive = self.lanes.iter().filter(|(_, thread)| !thread.is_finished());
+        alive.map(|(lane, _)| marks[*lane].load(Ordering::Acquire)).min().unwrap_or(u64::MAX)
+    }
+
+    /// Ends the lanes, and gives back those that did not panic.
+    fn end(&mut self) -> (Vec<Lane>, Option<Watchdog>) {
+        self.stop.store(true, Ordering::Relaxed);
+        self.wakes.iter().for_each(|w| w.wake());
+        let (mut lanes, watchdogs): (Vec<Lane>, Vec<_>) =
+            self.lanes.drain(..).filter_map(|(_, thread)| thread.join().ok()).unzip();
+        lanes.sort_by_key(Lane::index);
+        (lanes, watchdogs.into_iter().flatten().next())
+    }
+}
+
+impl Drop for Threads {
+    fn drop(&mut self) {
+        self.end();
+    }
+}
+
+/// Runs a plant by a clock until its time is over, `stop` turns true, or no lane runs any more. Lanes look at `stop`
+/// themselves: a caller that hangs in its observer keeps no output from being safe.
 pub fn run_real(
     mut plant: Plant,
     options: &RunOptions,
     clock: Arc<dyn Clock>,
-    stop: &AtomicBool,
+    stop: &Arc<AtomicBool>,
     observer: &mut dyn Observer,
 ) -> Outcome {
     let _ticker = Ticker::start(&plant.engine, Duration::from_nanos(plant.tick));
     let io = start_drivers(std::mem::take(&mut plant.drivers), &clock);
     wait_for_readings(&plant, &*clock, stop);
-    let stop_lanes = Arc::new(AtomicBool::new(false));
     let counted = plant.lanes.iter().position(|l| !l.is_interrupt()).unwrap_or(0);
-    let mut threads = Vec::new();
-    let mut lost = Vec::new();
     let interrupts = plant.lanes.iter().any(Lane::is_interrupt);
     let (machine, refused) = if interrupts { Machine::prepare() } else { (Machine::default(), None) };
-    let mut watchdog = arm(&mut plant, counted, &*clock);
+    let mut threads = Threads { stop: Arc::default(), wakes: plant.wakes.clone(), lanes: Vec::new() };
     // Interrupt lanes first: cyclic ones see their inputs as they are, too.
     let (first, then): (Vec<_>, Vec<_>) = std::mem::take(&mut plant.lanes).into_iter().partition(Lane::is_interrupt);
-    let mut waited = false;
+    let (mut waited, mut failed) = (false, false);
     for mut lane in first.into_iter().chain(then) {
         if !lane.is_interrupt() && !std::mem::replace(&mut waited, true) {
             wait_for_interrupts(&plant, &*clock, stop);
@@ -59,15 +93,31 @@ pub fn run_real(
                 ),
             );
         }
-        let watchdog = if lane.index() == counted { watchdog.take() } else { None };
-        let config = plant.model.lanes[lane.index()].clone();
-        let scans = options.scans.filter(|_| lane.index() == counted);
-        let (index, clock, stop) = (lane.index(), Arc::clone(&clock), Arc::clone(&stop_lanes));
+        let index = lane.index();
+        // It counts from here on: nothing slow stands between this and the first scan.
+        let watchdog = if index == counted { arm(&plant, &mut lane, &*clock) } else { None };
+        let config = plant.model.lanes[index].clone();
+        let scans = options.scans.filter(|_| index == counted);
+        let (at, own, callers) = (Arc::clone(&clock), Arc::clone(&threads.stop), Arc::clone(stop));
         let name = config.name.clone();
-        let body = move || super::thread::drive(lane, watchdog, &config, scans, &*clock, &stop);
+        let body = move || {
+            let stop = || own.load(Ordering::Relaxed) || callers.load(Ordering::Relaxed);
+            let drive = super::thread::Drive { config: &config, scans, clock: &*at, stop: &stop };
+            super::thread::drive(lane, watchdog, &drive)
+        };
         match std::thread::Builder::new().name(format!("lane-{name}")).spawn(body) {
-            Ok(thread) => threads.push((index, thread)),
-            Err(error) => lost.push(format!("lane `{name}` got no thread: {error}")),
+            Ok(thread) => threads.lanes.push((index, thread)),
+            Err(error) => {
+                failed = true;
+                plant.router.note(
+                    clock.now(),
+                    Kind::Lane,
+                    &crate::layout::lane_source(&plant.model.lanes[index]),
+                    "faulted",
+                    format!("the lane got no thread: {error}; the plant stops"),
+                    |record| observer.record(record),
+                );
+            }
         }
     }
     let mut stimulus = options.stimulus.iter().peekable();
@@ -79,27 +129,27 @@ pub fn run_real(
         }
         plant.sim.publish(now);
         plant.supervisor.pump();
-        let waiting = plant.oldest.iter().map(|o| o.load(Ordering::Relaxed)).min().unwrap_or(u64::MAX);
-        plant.drain(now.saturating_sub(SETTLE).min(waiting), observer);
+        plant.drain(now.saturating_sub(SETTLE).min(threads.oldest(&plant.oldest)), observer);
         let over = options.duration.is_some_and(|d| now >= d)
-            || (options.scans.is_some() && threads.iter().all(|(lane, t)| *lane != counted || t.is_finished()))
-            || threads.iter().all(|(_, t)| t.is_finished())
+            || (options.scans.is_some() && threads.finished(counted))
+            || threads.lanes.iter().all(|(_, t)| t.is_finished())
             || stop.load(Ordering::Relaxed);
-        if observer.tick(now) == Control::Stop || over || !lost.is_empty() {
+        if observer.tick(now) == Control::Stop || over || failed {
             break;
         }
         at = (at + HOUSEKEEPING).max(now);
         let next = stimulus.peek().map_or(at, |s| s.time.min(at));
         clock.sleep_until(next);
     }
-    stop_lanes.store(true, Ordering::Relaxed);
-    plant.wakes.iter().for_each(|w| w.wake());
-    let (mut lanes, watchdogs): (Vec<Lane>, Vec<_>) = threads.into_iter().filter_map(|(_, t)| t.join().ok()).unzip();
-    lanes.sort_by_key(Lane::index);
+    let (mut lanes, mut watchdog) = threads.end();
+    if let Some(watchdog) = &mut watchdog {
+        // For as long as the drivers may take.
+        let _ = watchdog.pet();
+    }
     io.stop(DRIVERS_STOP);
     // Lines that lanes serve themselves have had their safe values since their lanes ended.
     let in_order = lanes.iter().any(|l| l.index() == counted && l.state() == LaneState::Stopped);
-    for watchdog in watchdogs.into_iter().flatten().filter(|_| in_order) {
+    if let Some(watchdog) = watchdog.filter(|_| in_order) {
         // A device that does not take the letter resets the machine; nobody is left to tell.
         let _ = watchdog.disarm();
     }
@@ -116,11 +166,10 @@ pub fn run_real(
     outcome
 }
 
-/// Opens and arms the hardware watchdog that the plant names.
-fn arm(plant: &mut Plant, lane: usize, clock: &dyn Clock) -> Option<Watchdog> {
-    let (path, timeout) = plant.model.watchdog.clone().filter(|_| !plant.model.sim)?;
-    let opened = Watchdog::open(&path, Duration::from_nanos(timeout));
-    let lane = plant.lanes.get_mut(lane)?;
+/// Opens and arms the hardware watchdog that the plant names, for the lane that pets it.
+fn arm(plant: &Plant, lane: &mut Lane, clock: &dyn Clock) -> Option<Watchdog> {
+    let (path, timeout) = plant.model.watchdog.as_ref().filter(|_| !plant.model.sim)?;
+    let opened = Watchdog::open(path, Duration::from_nanos(*timeout));
     match &opened {
         Ok(watchdog) => {
             if let Some(shortfall) = watchdog.shortfall() {

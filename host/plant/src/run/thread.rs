@@ -2,12 +2,11 @@
 
 use super::Clock;
 use super::watchdog::Watchdog;
-use crate::lane::{Lane, LaneState};
+use crate::lane::{FOLLOW, Lane, LaneState};
 use crate::model;
 use arrayvec::ArrayVec;
 use rustix::event::{PollFd, PollFlags};
 use rustix::time::Timespec;
-use std::sync::atomic::{AtomicBool, Ordering};
 use thread_priority::{
     RealtimeThreadSchedulePolicy, ThreadPriority, ThreadSchedulePolicy, set_thread_priority_and_policy,
     thread_native_id,
@@ -15,58 +14,67 @@ use thread_priority::{
 
 /// A lane looks for a stop at least this often, ns.
 const NAP: u64 = 50_000_000;
-/// Lines that failed to open are tried again this often, ns.
+/// Lines that failed to open are tried again, and lines that are open looked after, this often, ns.
 const REOPEN: u64 = 1_000_000_000;
-/// The watchdog is petted at most so often, ns: its shortest timeout is a second.
+/// Levels that no edge brings are shown to other lanes this often, ns.
+const REFRESH: u64 = 5_000_000;
+/// The watchdog is petted at most so often, ns: its shortest timeout is some seconds.
 const PET: u64 = 200_000_000;
-/// Executions in a row after which an interrupt lane looks for younger edges of other lines.
+/// Executions in a row after which an interrupt lane looks at everything else.
 const IN_A_ROW: usize = 64;
+/// Readings of its lines, a batch each, with which a lane ends.
+const LAST_READS: usize = 64;
 /// Lines that one lane waits for.
 const MOST_LINES: usize = 256;
 
+/// What a lane's thread needs besides the lane.
+pub(super) struct Drive<'a> {
+    pub(super) config: &'a model::Lane,
+    /// Scans after which it ends.
+    pub(super) scans: Option<u64>,
+    pub(super) clock: &'a dyn Clock,
+    /// True when it is to end.
+    pub(super) stop: &'a dyn Fn() -> bool,
+}
+
+impl Drive<'_> {
+    fn over(&self, lane: &Lane) -> bool {
+        (self.stop)() || self.scans.is_some_and(|n| lane.statistics().scans >= n)
+    }
+}
+
 /// One lane's thread; it gives the lane back, and the watchdog it has petted.
-pub(super) fn drive(
-    mut lane: Lane,
-    mut watchdog: Option<Watchdog>,
-    config: &model::Lane,
-    scans: Option<u64>,
-    clock: &dyn Clock,
-    stop: &AtomicBool,
-) -> (Lane, Option<Watchdog>) {
-    set_priority(&mut lane, config, clock);
-    if lane.polls() {
-        poll(&mut lane, config, scans, clock, stop);
-    } else if lane.is_interrupt() {
-        wait(&mut lane, scans, clock, stop);
+pub(super) fn drive(mut lane: Lane, mut watchdog: Option<Watchdog>, drive: &Drive<'_>) -> (Lane, Option<Watchdog>) {
+    set_priority(&mut lane, drive);
+    if lane.is_interrupt() {
+        wait(&mut lane, drive);
     } else {
-        scan(&mut lane, watchdog.as_mut(), config, scans, clock, stop);
+        scan(&mut lane, watchdog.as_mut(), drive);
     }
     (lane, watchdog)
 }
 
 /// A cyclic lane: absolute deadlines.
-fn scan(
-    lane: &mut Lane,
-    mut watchdog: Option<&mut Watchdog>,
-    config: &model::Lane,
-    scans: Option<u64>,
-    clock: &dyn Clock,
-    stop: &AtomicBool,
-) {
+fn scan(lane: &mut Lane, mut watchdog: Option<&mut Watchdog>, drive: &Drive<'_>) {
+    let Drive { config, clock, .. } = *drive;
     let mut due = clock.now();
     let mut pet = due;
     loop {
-        while clock.now() < due && !stop.load(Ordering::Relaxed) {
+        while clock.now() < due && !(drive.stop)() {
             clock.sleep_until(due.min(clock.now() + NAP));
         }
-        if stop.load(Ordering::Relaxed) || scans.is_some_and(|n| lane.statistics().scans >= n) {
-            lane.stop(clock.now());
-            return;
-        }
+        // No record of this scan will be older. The mark comes before the scan's own look at the clock.
+        lane.mark(clock.now());
         let now = clock.now();
-        if lane.scan(due, now, || clock.now()) == LaneState::Faulted {
+        if drive.over(lane) {
+            lane.stop(now);
             return;
         }
+        if lane.scan(due, now, || clock.now()) == LaneState::Faulted {
+            lane.mark(u64::MAX);
+            return;
+        }
+        lane.mark(u64::MAX);
         let end = clock.now();
         // A scan that is late does not pet: a lane that is always late lets the machine be reset.
         if let Some(watchdog) = watchdog.as_mut().filter(|_| end >= pet && end <= due.saturating_add(config.every)) {
@@ -78,21 +86,31 @@ fn scan(
     }
 }
 
-/// An interrupt lane with edges: waits in the kernel for its lines and for whoever wakes it.
-fn wait(lane: &mut Lane, scans: Option<u64>, clock: &dyn Clock, stop: &AtomicBool) {
+/// An interrupt lane: waits in the kernel for its lines, for whoever wakes it, and for the next poll if it polls.
+fn wait(lane: &mut Lane, drive: &Drive<'_>) {
+    let clock = drive.clock;
+    let polls = lane.polls();
     let mut reopen = open(lane, clock);
     lane.begin_interrupts(clock.now());
-    let over = |lane: &Lane| stop.load(Ordering::Relaxed) || scans.is_some_and(|n| lane.statistics().scans >= n);
-    let mut follow = 0;
+    let mut look = clock.now().saturating_add(REOPEN);
+    let (mut follow, mut due, mut refresh) = (0, clock.now(), if lane.has_levels() && !polls { 0 } else { u64::MAX });
     loop {
+        if polls {
+            lane.mark(clock.now());
+        }
         let now = clock.now();
-        if over(lane) {
-            lane.stop(now);
+        if drive.over(lane) {
+            // What the kernel still keeps is told, too; a line without an end is a storm before it is read so often.
+            lane.collect();
+            let _ = (0..LAST_READS).find(|_| !lane.take_edges(now, true, |at| clock.plant_time(at)));
+            lane.stop(clock.now());
             return;
         }
         if now >= reopen {
             reopen = open(lane, clock);
         }
+        // What is held goes first: it is older than what is read now.
+        lane.calm(now);
         lane.collect();
         // Lines in a storm are not waited for; they are read when they are due to be followed.
         let all = now >= follow;
@@ -101,35 +119,56 @@ fn wait(lane: &mut Lane, scans: Option<u64>, clock: &dyn Clock, stop: &AtomicBoo
             follow = now.saturating_add(FOLLOW);
         }
         lane.calm(now);
+        if polls && now >= due {
+            if lane.begin_poll(due, clock.now()) && lane.end_activation(clock.now()) == LaneState::Faulted {
+                return;
+            }
+            due = super::next_due(due, clock.now(), drive.config.every.max(1));
+        }
         lane.mark_oldest();
+        if more && lane.arrivals().is_some_and(|a| a.has_room()) {
+            // An older edge of another line may be among those that have not been read.
+            continue;
+        }
+        // Edges younger than the reading began wait: an older one may have come to a line right after it was read.
         let mut left = IN_A_ROW;
         while left > 0
-            && let Some(arrival) = lane.next_arrival()
+            && let Some(arrival) = lane.next_arrival(now)
         {
             left -= 1;
             if lane.activate(arrival, clock.now(), || clock.now()) == LaneState::Faulted {
                 return;
             }
         }
-        if more || left == 0 {
+        lane.mark_oldest();
+        if left == 0 || more {
             continue;
         }
-        lane.mark_oldest();
-        let now = clock.now();
-        let mut until = now.saturating_add(NAP);
+        if now >= look {
+            lane.check_points(now);
+            look = now.saturating_add(REOPEN);
+            continue;
+        }
+        if now >= refresh {
+            lane.refresh(now);
+            refresh = now.saturating_add(REFRESH);
+        }
         if !lane.points_healthy() {
             reopen = reopen.min(now.saturating_add(REOPEN));
-            until = until.min(reopen);
         }
-        if let Some(deadline) = lane.arrivals().and_then(|a| a.deadline()) {
-            until = until.min(deadline.max(follow));
+        let mut until = now.saturating_add(NAP).min(reopen).min(refresh).min(look);
+        if polls {
+            until = until.min(due);
         }
-        sleep(lane, until.saturating_sub(now));
+        if lane.in_storm() {
+            until = until.min(follow);
+        }
+        if let Some(time) = lane.arrivals().and_then(|a| a.deadline().into_iter().chain(a.peek()).min()) {
+            until = until.min(time);
+        }
+        sleep(lane, until.saturating_sub(clock.now()));
     }
 }
-
-/// How often lines in a storm are read, ns.
-const FOLLOW: u64 = 10_000_000;
 
 /// Opens what is not open; when to try again.
 fn open(lane: &mut Lane, clock: &dyn Clock) -> u64 {
@@ -150,36 +189,8 @@ fn sleep(lane: &Lane, ns: u64) {
     lane.awake();
 }
 
-/// An interrupt lane that polls.
-fn poll(lane: &mut Lane, config: &model::Lane, scans: Option<u64>, clock: &dyn Clock, stop: &AtomicBool) {
-    let mut reopen = open(lane, clock);
-    let mut due = clock.now();
-    loop {
-        while clock.now() < due && !stop.load(Ordering::Relaxed) {
-            clock.sleep_until(due.min(clock.now() + NAP));
-        }
-        let now = clock.now();
-        if stop.load(Ordering::Relaxed) || scans.is_some_and(|n| lane.statistics().scans >= n) {
-            lane.stop(now);
-            return;
-        }
-        if now >= reopen || (reopen == u64::MAX && !lane.points_healthy()) {
-            reopen = open(lane, clock);
-        }
-        lane.collect();
-        if lane.begin_poll(due, clock.now()) && lane.end_activation(clock.now()) == LaneState::Faulted {
-            return;
-        }
-        while let Some(arrival) = lane.next_arrival() {
-            if lane.activate(arrival, clock.now(), || clock.now()) == LaneState::Faulted {
-                return;
-            }
-        }
-        due = super::next_due(due, clock.now(), config.every.max(1));
-    }
-}
-
-fn set_priority(lane: &mut Lane, config: &model::Lane, clock: &dyn Clock) {
+fn set_priority(lane: &mut Lane, drive: &Drive<'_>) {
+    let Drive { config, clock, .. } = *drive;
     let policy = ThreadSchedulePolicy::Realtime(RealtimeThreadSchedulePolicy::Fifo);
     let priority = thread_priority::ThreadPriorityValue::try_from(config.priority);
     let set = priority.map_err(|e| e.to_string()).and_then(|p| {

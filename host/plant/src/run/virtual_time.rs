@@ -7,6 +7,7 @@
 use super::{Control, Observer, Outcome, RunOptions};
 use crate::assemble::Plant;
 use crate::lane::{Lane, LaneState};
+use crate::model;
 use latchwork_block::Ticker;
 use std::cmp::Reverse;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -27,10 +28,21 @@ enum Step {
 struct Progress {
     /// When its next scan or poll is due.
     due: u64,
-    /// When the scan that has begun ends, and the time of its records.
-    busy: Option<(u64, u64)>,
+    /// The scan that has begun, while it lasts.
+    busy: Option<Busy>,
     /// Scans begun, to choose the next scan time.
     begun: usize,
+}
+
+/// A scan that takes time.
+#[derive(Clone, Copy)]
+struct Busy {
+    /// When it ends.
+    end: u64,
+    /// The time of its records.
+    stamp: u64,
+    /// The lane's grid was what began it: the next deadline follows.
+    of_grid: bool,
 }
 
 impl Progress {
@@ -39,14 +51,27 @@ impl Progress {
         if matches!(lane.state(), LaneState::Stopped | LaneState::Faulted) {
             return None;
         }
-        if let Some((end, _)) = self.busy {
-            return Some((end, Step::End));
+        if let Some(busy) = self.busy {
+            return Some((busy.end, Step::End));
         }
         let Some(arrivals) = lane.arrivals() else { return Some((self.due, Step::Begin)) };
         let waiting = arrivals.peek().map(|time| (time.max(now), Step::Begin));
         let poll = lane.polls().then_some((self.due, Step::Begin));
         let calm = arrivals.deadline().map(|time| (time.max(now), Step::Calm));
         [waiting, poll, calm].into_iter().flatten().min()
+    }
+
+    /// Ends what has begun.
+    fn end(&mut self, lane: &mut Lane, config: &model::Lane, of_grid: bool, now: u64) {
+        if lane.is_interrupt() {
+            lane.end_activation(now);
+        } else {
+            lane.end_scan(now);
+        }
+        if of_grid {
+            self.due = super::next_due(self.due, now, config.every.max(1));
+        }
+        lane.calm(now);
     }
 }
 
@@ -77,17 +102,18 @@ pub fn run_virtual(mut plant: Plant, options: &RunOptions, stop: &AtomicBool, ob
         now = now.max(time);
         if let Some(row) = stimulus.next_if(|_| row.is_some()) {
             plant.stimulate(row.action, now);
-            plant.lanes.iter_mut().for_each(Lane::collect);
+            plant.settle(&progress, now);
             continue;
         }
         let Some((_, step, index)) = next else { break };
         plant.sim.publish(now);
         plant.step(&mut progress[index], index, step, now);
-        plant.lanes.iter_mut().for_each(Lane::collect);
+        plant.settle(&progress, now);
         plant.supervisor.pump();
         // A record may still come with the time of the oldest edge that waits, or of a scan that has not ended.
-        let waiting = plant.lanes.iter().filter_map(|l| l.arrivals()?.oldest());
-        let scanning = progress.iter().filter_map(|p| p.busy.map(|(_, stamp)| stamp));
+        let running = |l: &&Lane| matches!(l.state(), LaneState::Starting | LaneState::Running);
+        let waiting = plant.lanes.iter().filter(running).filter_map(|l| l.arrivals()?.oldest());
+        let scanning = progress.iter().filter_map(|p| p.busy.map(|busy| busy.stamp));
         let settled = waiting.chain(scanning).min().map_or(now, |oldest| oldest.min(now));
         plant.drain(settled, observer);
         if observer.tick(now) == Control::Stop || stop.load(Ordering::Relaxed) {
@@ -102,24 +128,27 @@ pub fn run_virtual(mut plant: Plant, options: &RunOptions, stop: &AtomicBool, ob
 }
 
 impl Plant {
+    /// Lanes hear of what has happened; those that rest show the levels that no edge brings.
+    fn settle(&mut self, progress: &[Progress], now: u64) {
+        for (lane, progress) in self.lanes.iter_mut().zip(progress) {
+            lane.collect();
+            if progress.busy.is_none() && lane.has_levels() {
+                lane.refresh(now);
+            }
+        }
+    }
+
     /// Takes a step of a lane at plant time `now`.
     fn step(&mut self, progress: &mut Progress, index: usize, step: Step, now: u64) {
         let (lane, config) = (&mut self.lanes[index], &self.model.lanes[index]);
         match step {
             Step::Calm => lane.calm(now),
             Step::End => {
-                progress.busy = None;
-                end(lane, now);
-                if !lane.is_interrupt() || lane.polls() {
-                    progress.due = super::next_due(progress.due, now, config.every.max(1));
-                }
-                lane.calm(now);
+                let of_grid = progress.busy.take().is_some_and(|busy| busy.of_grid);
+                progress.end(lane, config, of_grid, now);
             }
             Step::Begin => {
-                let arrival = match lane.arrivals().and_then(|a| a.peek()) {
-                    Some(time) if time <= now => lane.next_arrival(),
-                    _ => None,
-                };
+                let arrival = lane.next_arrival(now);
                 let (stamp, begun) = match arrival {
                     Some(arrival) => (arrival.time, lane.begin_activation(arrival, now)),
                     None if lane.is_interrupt() => (now, lane.begin_poll(progress.due, now)),
@@ -136,14 +165,10 @@ impl Plant {
                 let takes = if times.is_empty() { 0 } else { times[progress.begun % times.len()] };
                 progress.begun += 1;
                 if takes > 0 {
-                    progress.busy = Some((now.saturating_add(takes), stamp));
+                    progress.busy = Some(Busy { end: now.saturating_add(takes), stamp, of_grid });
                     return;
                 }
-                end(lane, now);
-                if of_grid {
-                    progress.due = super::next_due(progress.due, now, config.every.max(1));
-                }
-                lane.calm(now);
+                progress.end(lane, config, of_grid, now);
             }
         }
     }
@@ -157,12 +182,4 @@ impl Plant {
         }
         self.router.release(before, |record| observer.record(record));
     }
-}
-
-fn end(lane: &mut Lane, now: u64) {
-    if lane.is_interrupt() {
-        lane.end_activation(now)
-    } else {
-        lane.end_scan(now)
-    };
 }

@@ -96,7 +96,7 @@ pub(crate) fn run(plant: Plant, duration: Option<Duration>, until: Option<Arc<At
     let mut told = Told { until, ..Told::default() };
     let options = RunOptions { duration: duration.map(|d| d.as_nanos() as u64), ..RunOptions::default() };
     let clock = Arc::new(MachineClock::start());
-    run_real(plant, &options, clock, &AtomicBool::new(false), &mut told);
+    run_real(plant, &options, clock, &Arc::default(), &mut told);
     told
 }
 

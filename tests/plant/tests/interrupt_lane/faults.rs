@@ -1,7 +1,9 @@
 //! Start, stop, faults and budgets of interrupt lanes: as those of cyclic ones, but at once.
 
 use super::*;
-use latchwork_plant::lane::{BlockState, LaneState};
+use latchwork_plant::assemble::Time;
+use latchwork_plant::lane::{BlockState, Change, LaneState};
+use latchwork_plant::run::{Control, Observer, RunOptions, resolve_stimulus, run_virtual};
 
 const SAFE: &str = "\n[block.fast.safe]\ntrip = true";
 
@@ -45,6 +47,50 @@ fn stop_lane_stops_this_lane_alone() {
     assert_eq!(ran.at("fast.outputs.b", 100 * MS), "false", "all outputs are safe");
 }
 
+/// The plant time at which each record was passed on, beside its own.
+#[derive(Default)]
+struct Passed {
+    now: u64,
+    records: Vec<(u64, Record)>,
+}
+
+impl Observer for Passed {
+    fn record(&mut self, record: &Record) {
+        self.records.push((self.now, record.clone()));
+    }
+
+    fn change(&mut self, _: &Change) {}
+
+    fn tick(&mut self, now: u64) -> Control {
+        self.now = now;
+        Control::Continue
+    }
+}
+
+#[test]
+fn a_lane_that_has_faulted_holds_up_no_records_of_others() {
+    let rig = plant("", "also-with = \"main\"\nwatchdog = \"2ms\"", "[sim]\nscan-time.trip = [\"0ms\", \"3ms\"]");
+    let mut plant = rig.plant(Time::Virtual);
+    let rows = b"time,tag,value\n500ms,gpio.level,true\n501ms,gpio.door,true\n";
+    let rows = latchwork_io::stimulus::read(&rows[..]).unwrap();
+    let stimulus = resolve_stimulus(&plant, &rows).unwrap();
+    plant.router.set_epoch(0);
+    let options = RunOptions { duration: Some(1000 * MS), stimulus, ..RunOptions::default() };
+    let mut passed = Passed::default();
+    let outcome = run_virtual(plant, &options, &Default::default(), &mut passed);
+    assert_eq!(outcome.lanes[1].state, LaneState::Faulted);
+    let of_main = passed.records.iter().find(|(_, r)| r.source == "slow.outputs.status").expect("an event");
+    assert!(of_main.0 < 530 * MS, "it waited until {} ms", of_main.0 / MS);
+}
+
+#[test]
+fn a_fault_that_changes_a_register_is_an_event_like_any_other() {
+    let ran = trapping("").stimulus("5ms,gpio.beam,true\n6ms,gpio.fire,true\n7ms,gpio.beam,false\n").run_for(50 * MS);
+    let register = ran.records.iter().filter(|r| r.source == "fast.outputs.status");
+    let told: Vec<_> = register.map(|r| (r.time, r.previous.to_string(), r.current.to_string())).collect();
+    assert_eq!(told, [(5 * MS, "0".into(), "2".into()), (7 * MS, "2".into(), "0".into())]);
+}
+
 #[test]
 fn an_execution_beyond_the_watchdog_stops_the_lane() {
     let ran = plant("", "watchdog = \"2ms\"", "[sim]\nscan-time.trip = [\"0ms\", \"1ms\", \"3ms\"]")
@@ -65,4 +111,15 @@ fn its_figures_are_tags() {
     assert_eq!(ran.at("lane.trip.scan-time-max", 100 * MS), "5ms");
     // The last edge waited for the three executions before it.
     assert_eq!(ran.at("lane.trip.jitter-max", 100 * MS), "12ms");
+}
+
+#[test]
+fn an_execution_beyond_its_budget_is_a_fault_of_the_block_alone() {
+    let text = "[block.looping]\ncomponent = \"stress\"\nlane = \"trip\"\nbudget = \"1ms\"\n\
+                inputs = { fault = \"endless-loop\", from = 2 }";
+    let ran = plant("", "", text).stimulus("5ms,gpio.beam,true\n9ms,gpio.beam,false\n").run_for(50 * MS);
+    assert_eq!(ran.told(Kind::Fault), ["5 ms looping budget"]);
+    assert_eq!(edges(&ran).len(), 2);
+    assert_eq!(ran.at("fast.outputs.b", 50 * MS), "false", "the other block goes on with the next edge");
+    assert_eq!(ran.outcome.lanes[1].state, LaneState::Stopped);
 }

@@ -21,6 +21,22 @@ fn only_the_wanted_edge_starts_the_lane_and_the_level_is_right_all_the_same() {
 }
 
 #[test]
+fn other_lanes_see_a_level_that_starts_nothing_without_an_execution() {
+    let text = "[lane.main]\nevery = \"10ms\"\n[lane.trip]\non = [\"gpio.door\"]\n\
+         [driver.gpio]\nkind = \"sim\"\npoints.door = { type = \"bool\", edge = \"rising\" }\n\
+         [block.fast]\ncomponent = \"interlock-probe\"\nlane = \"trip\"\ninputs.b = \"gpio.door\"\n\
+         [block.slow]\ncomponent = \"interlock-probe\"\nlane = \"main\"\ninputs = { b = \"gpio.door\", q = \"gpio.door\" }\n\
+         [sim]\nscan-time.trip = \"3ms\"\n";
+    let ran = Rig::new(text)
+        .stimulus("12ms,gpio.door,true\n24ms,gpio.door,false\n45ms,gpio.door,true\n46ms,gpio.door,false\n")
+        .run_for(80 * MS);
+    // Nothing executes at 24 and 46 ms; the second falling edge comes while the lane is busy with the rising one.
+    assert_eq!(ran.history("slow.outputs.b"), [(0, "false"), (20 * MS, "true"), (30 * MS, "false")]);
+    assert_eq!(ran.at("fast.outputs.runs", 80 * MS), "3");
+    assert_eq!(edges(&ran), [(12 * MS, "gpio.door", true), (45 * MS, "gpio.door", true)]);
+}
+
+#[test]
 fn the_first_execution_sees_the_level_there_is() {
     let ran = one("initial = true", "").run_for(20 * MS);
     assert_eq!(ran.at("fast.outputs.b", 0), "true");

@@ -31,6 +31,24 @@ fn it_also_runs_with_a_cyclic_lane_and_the_change_is_recorded_once() {
 }
 
 #[test]
+fn a_change_that_only_an_execution_with_the_other_lane_sees_is_recorded_too() {
+    // Between the polls at 10 and 11 ms the scan of `main` ends, at 10.2 ms; the door is open from 10.1 to 10.3 ms.
+    let ran = polling("also-with = \"main\"", "[sim]\nscan-time.main = \"200us\"")
+        .stimulus("10100us,gpio.door,true\n10300us,gpio.door,false\n")
+        .run_for(50 * MS);
+    assert_eq!(edges(&ran), [(10_200_000, "gpio.door", true), (11 * MS, "gpio.door", false)]);
+    assert_eq!(ran.history("fast.outputs.trip"), [(0, "false"), (10_200_000, "true")]);
+}
+
+#[test]
+fn executions_with_the_other_lane_leave_no_poll_out() {
+    // The execution with the scan of 10 ms lasts until 11 ms; the polls are those of 8, 12, 16 ms all the same.
+    let text = "poll = \"4ms\"\nalso-with = \"main\"";
+    let ran = plant("", text, "[sim]\nscan-time.trip = \"1ms\"").stimulus("10500us,gpio.door,true\n").run_for(50 * MS);
+    assert_eq!(edges(&ran), [(12 * MS, "gpio.door", true)]);
+}
+
+#[test]
 fn it_polls_values_of_any_type() {
     let text = "[lane.main]\nevery = \"10ms\"\n[lane.fast]\npoll = \"2ms\"\non = [\"field.level\"]\n\
         [driver.field]\nkind = \"sim\"\npoints.level = { type = \"u16\", initial = 3 }\n\

@@ -74,12 +74,17 @@ fn rule_4_the_time_stamp_is_that_of_the_edge_and_records_leave_in_time_order() {
 
 #[test]
 fn rule_4_a_block_never_sees_time_go_back() {
-    // The scan of `main` that ends at 4 ms brings a tick; the edge of 2 ms is handled after the one of 3 ms has begun.
-    let ran = plant("", "also-with = \"main\"", "[sim]\nscan-time.trip = \"7ms\"\nscan-time.main = \"2ms\"")
-        .stimulus("1ms,gpio.door,true\n3ms,gpio.beam,true\n3500us,gpio.beam,false\n")
-        .run_for(100 * MS);
+    // A storm on the beam holds its last edge, of 101.99 ms, back; the door's of 105 ms is handled first.
+    let storm: String = (0..200).map(|n| format!("{}us,gpio.beam,{}\n", 100_000 + 10 * n, n % 2 == 0)).collect();
+    let ran = plant("", "storm-limit = 1000", "").stimulus(&format!("{storm}105ms,gpio.door,true\n")).run_for(300 * MS);
     let nows: Vec<u64> = ran.history("fast.outputs.now").into_iter().map(|(_, now)| now.parse().unwrap()).collect();
     assert!(nows.is_sorted(), "{nows:?}");
+    assert_eq!(nows.last(), Some(&(105 * MS)), "the held edge came after it, raised to its time");
+    // The records keep the true stamps, and their order.
+    let last = [(101_990_000, "gpio.beam", false), (105 * MS, "gpio.door", true)];
+    assert_eq!(edges(&ran)[edges(&ran).len() - 2..], last);
+    assert_eq!(ran.at("fast.outputs.b", 300 * MS), "false");
+    assert_in_order(&ran);
 }
 
 #[test]

@@ -36,7 +36,7 @@ fn a_scan_sees_one_snapshot_of_the_interrupt_lane() {
                 let now = n * 10_000;
                 plant.stimulate(stimulus[(n % 2) as usize].action, now);
                 trip.collect();
-                while let Some(arrival) = trip.next_arrival() {
+                while let Some(arrival) = trip.next_arrival(u64::MAX) {
                     trip.activate(arrival, now, || now);
                 }
             }

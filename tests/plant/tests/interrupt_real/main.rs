@@ -1,6 +1,8 @@
 //! Interrupt lanes and the hardware watchdog by the machine's clock, on threads of their own. Nothing here asserts how long
 //! anything takes.
 
+mod lines;
+
 use latchwork_plant::assemble::Time;
 use latchwork_plant::lane::{Change, LaneState};
 use latchwork_plant::run::{Control, MachineClock, Observer, Outcome, RunOptions, resolve_stimulus, run_real};
@@ -31,7 +33,7 @@ fn run(rig: &Rig, ms: u64, rows: &str) -> (Outcome, Vec<Record>) {
     let stimulus = resolve_stimulus(&plant, &rows).expect("a stimulus that fits");
     let options = RunOptions { duration: Some(ms * MS), stimulus, ..RunOptions::default() };
     let mut log = Log::default();
-    let outcome = run_real(plant, &options, Arc::new(MachineClock::start()), &AtomicBool::new(false), &mut log);
+    let outcome = run_real(plant, &options, Arc::new(MachineClock::start()), &Arc::default(), &mut log);
     (outcome, log.0)
 }
 
@@ -103,6 +105,22 @@ fn every_edge_of_stimulus_and_model_is_recorded_once_in_order() {
     let [main, trip, _] = &outcome.lanes[..] else { panic!("three lanes") };
     let expected = 1 + door.len() as u64 + beam.len() as u64 + main.statistics.scans;
     assert!((expected - 1..=expected).contains(&trip.statistics.scans), "{expected} {}", trip.statistics.scans);
+}
+
+#[test]
+fn records_leave_in_the_order_of_time_beside_long_scans() {
+    // The block behind the load tells of its change long after the scan's start, whose time its record has.
+    let text = PLANT.replace("every = \"2ms\"", "every = \"100ms\"")
+        + "[block.load]\ncomponent = \"stress\"\nlane = \"main\"\nbudget = \"5s\"\ninputs.burn = 50000000\n\
+           [block.behind]\ncomponent = \"interlock-probe\"\nlane = \"main\"\nbudget = \"5s\"\n\
+           inputs.b = \"model.outputs.out\"\n";
+    let text = text.replace("= \"4ms\"", "= \"150ms\"");
+    let rows: String = (0..300).map(|n| format!("{}ms,gpio.door,{}\n", 20 + 3 * n, n % 2 == 0)).collect();
+    let (_, records) = run(&Rig::new(&text).sim().trace(None), 1200, &rows);
+    let late = records.windows(2).find(|w| w[1].time < w[0].time);
+    assert!(late.is_none(), "out of order: {late:?}");
+    assert_eq!(edges(&records, "gpio.door").len(), 300);
+    assert!(edges(&records, "behind.outputs.status").len() > 2, "the long scans have something to tell");
 }
 
 /// A plant with a watchdog that is a pipe; what was written to it.

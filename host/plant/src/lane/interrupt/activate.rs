@@ -39,6 +39,8 @@ impl Lane {
             let entry = Entry::new(arrival.time, Kind::Event, source, transition);
             self.parts.recorder.push(entry.change(Datum::Boolean(!level), Datum::Boolean(level)));
         }
+        // An execution that no edge started may be the one that shows the blocks what a poll would have seen.
+        self.record_watched(start);
         self.report_all(arrival.time);
         true
     }
@@ -65,45 +67,72 @@ impl Lane {
         if matches!(self.state, LaneState::Stopped | LaneState::Faulted) {
             return false;
         }
-        self.latch(now);
+        self.parts.forces.update();
+        let levels = self.latch(now);
         self.force_served();
         let parts = &mut self.parts;
         let Some(interrupt) = parts.interrupt.as_deref_mut() else { return false };
-        if interrupt.watched.iter().all(|w| w.last == Some(w.probe.read(&parts.cells))) {
+        if interrupt.watched.iter().all(|w| w.last == Some(w.read(&parts.cells))) {
+            if levels {
+                self.show();
+            }
             return false;
         }
         if !self.begin(Moment { due, start: now, stamp: now }) {
             return false;
         }
         self.run(now, now);
-        let parts = &mut self.parts;
-        if let Some(interrupt) = parts.interrupt.as_deref_mut() {
-            for watched in &mut interrupt.watched {
-                let value = watched.probe.read(&parts.cells);
-                let Some(last) = watched.last.replace(value).filter(|last| *last != value) else { continue };
-                let transition = match (&watched.ty, value) {
-                    (Type::Bool, 0) => "falling",
-                    (Type::Bool, _) => "rising",
-                    _ => "changed",
-                };
-                let entry = Entry::new(now, Kind::Event, watched.source, transition);
-                parts.recorder.push(entry.change(datum(&watched.ty, last), datum(&watched.ty, value)));
-            }
-        }
+        self.record_watched(now);
         self.report_all(now);
         true
     }
 
-    /// The lane's view of the plant: foreign regions, levels of its own lines.
-    fn latch(&mut self, now: u64) {
+    /// Shows the other lanes the levels that no edge brings, at plant time `now`, without an execution. For a lane that
+    /// [has such levels](Self::has_levels) and may rest for hours.
+    pub fn refresh(&mut self, now: u64) {
+        if self.state == LaneState::Running {
+            self.parts.forces.update();
+            let levels = self.read_levels(now);
+            self.force_served();
+            if levels {
+                self.show();
+            }
+        }
+    }
+
+    /// Publishes the cells as they are; outputs are those of the last execution.
+    fn show(&mut self) {
+        // The region's time is that of the last execution: nothing of it is younger.
+        self.parts.region.publish(&self.parts.cells, self.moment.stamp);
+    }
+
+    /// The lane's view of the plant: foreign regions, levels of its own lines. True when a level differs from the last one.
+    fn latch(&mut self, now: u64) -> bool {
+        self.parts.import();
+        self.read_levels(now)
+    }
+
+    fn read_levels(&mut self, now: u64) -> bool {
         let parts = &mut self.parts;
-        parts.import();
-        if let Some(interrupt) = parts.interrupt.as_deref_mut() {
-            let recorder = &mut parts.recorder;
-            interrupt.read_levels(&mut parts.cells, &mut |source, e| {
-                let entry = Entry::new(now, Kind::Io, source, e.transition).priority(e.priority);
-                recorder.push(entry.text(format_args!("{}", e.text)));
-            });
+        let Some(interrupt) = parts.interrupt.as_deref_mut() else { return false };
+        let recorder = &mut parts.recorder;
+        interrupt.read_levels(&mut parts.cells, now, recorder)
+    }
+
+    /// One event for each watched input whose value has changed since the last reading.
+    fn record_watched(&mut self, now: u64) {
+        let parts = &mut self.parts;
+        let Some(interrupt) = parts.interrupt.as_deref_mut() else { return };
+        for watched in &mut interrupt.watched {
+            let now_is = watched.read(&parts.cells);
+            let Some((last, _)) = watched.last.replace(now_is).filter(|last| last.0 != now_is.0) else { continue };
+            let transition = match (&watched.ty, now_is.0) {
+                (Type::Bool, 0) => "falling",
+                (Type::Bool, _) => "rising",
+                _ => "changed",
+            };
+            let entry = Entry::new(now, Kind::Event, watched.source, transition);
+            parts.recorder.push(entry.change(datum(&watched.ty, last), datum(&watched.ty, now_is.0)));
         }
     }
 

@@ -10,7 +10,7 @@ use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 
 /// Period in which a line in a storm is followed, ns.
-const FOLLOW: u64 = 10_000_000;
+pub const FOLLOW: u64 = 10_000_000;
 /// Ticks that may wait.
 const TICKS: usize = 16;
 /// Priority of a record about edges that were left out.
@@ -100,6 +100,16 @@ impl Arrivals {
         self.lines[input as usize].storm
     }
 
+    /// True while any line is in a storm.
+    pub fn any_storm(&self) -> bool {
+        self.troubled > 0 && self.lines.iter().any(|l| l.storm)
+    }
+
+    /// True while another edge finds room.
+    pub fn has_room(&self) -> bool {
+        self.edges < self.limit
+    }
+
     /// An edge has happened.
     pub fn edge(&mut self, input: u32, time: u64, level: bool, missed: u64, recorder: &mut Recorder) {
         let full = self.edges >= self.limit;
@@ -110,7 +120,8 @@ impl Arrivals {
             let text = format_args!("{missed} edges were lost before they could be read");
             recorder.push(lost(time, line.source, "gap", missed).text(text));
         }
-        let calm = line.bucket.take(time);
+        // What the kernel lost was work for the machine, too.
+        let calm = line.bucket.take(time, missed.saturating_add(1));
         if !calm && !line.storm {
             self.troubled += usize::from(line.held.is_none());
             line.storm = true;

@@ -14,18 +14,18 @@ mod arrivals;
 mod points;
 mod storm;
 
-pub use arrivals::{Arrival, Arrivals, Cause};
-pub use points::{DirectInput, DirectOutput, DirectPart};
+pub use arrivals::{Arrival, Arrivals, Cause, FOLLOW};
+pub use points::{DirectInput, DirectNames, DirectOutput, DirectPart};
 
-use super::Lane;
 use super::follow::{Event, Wake};
+use super::{Lane, LaneState};
 use crate::layout::Probe;
 use latchwork_image::Type;
 use latchwork_io::direct::Direct;
 use latchwork_record::SourceId;
 use std::os::fd::BorrowedFd;
 use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::sync::atomic::AtomicBool;
 
 /// What makes a lane an interrupt lane.
 pub struct Interrupt {
@@ -43,14 +43,6 @@ pub struct Interrupt {
     pub wake: Option<Arc<Wake>>,
     /// Cells of the inputs it serves itself: forces hold them, too.
     pub served: std::ops::Range<u32>,
-    /// Time of the oldest edge that waits, ns; all ones without one. Younger records wait for its own.
-    pub oldest: Arc<AtomicU64>,
-}
-
-impl Drop for Interrupt {
-    fn drop(&mut self) {
-        self.oldest.store(u64::MAX, Ordering::Relaxed);
-    }
 }
 
 /// An input whose edges start the lane.
@@ -68,12 +60,20 @@ pub struct EdgeInput {
 pub struct Watched {
     /// Where the lane sees it.
     pub probe: Probe,
+    /// Where the lane sees its quality.
+    pub quality: Probe,
     /// Type.
     pub ty: Type,
     /// Name as a source of records.
     pub source: SourceId,
-    /// Its value at the last reading; none before the first.
-    pub last: Option<u64>,
+    /// Its value and quality at the last reading; none before the first.
+    pub last: Option<(u64, u64)>,
+}
+
+impl Watched {
+    fn read(&self, cells: &[u64]) -> (u64, u64) {
+        (self.probe.read(cells), self.quality.read(cells))
+    }
 }
 
 impl Lane {
@@ -102,9 +102,12 @@ impl Lane {
 
     /// Tells the other threads how old the oldest edge that waits is.
     pub fn mark_oldest(&self) {
-        if let Some(interrupt) = &self.parts.interrupt {
-            interrupt.oldest.store(interrupt.arrivals.oldest().unwrap_or(u64::MAX), Ordering::Relaxed);
-        }
+        self.mark(self.arrivals().and_then(Arrivals::oldest).unwrap_or(u64::MAX));
+    }
+
+    /// True while a line is in a storm: lines that nobody waits for.
+    pub fn in_storm(&self) -> bool {
+        self.arrivals().is_some_and(Arrivals::any_storm)
     }
 
     /// Begins an interrupt lane at plant time `now`: its first execution needs no edge.
@@ -116,12 +119,14 @@ impl Lane {
         }
     }
 
-    /// Takes what stimulus, feeds and the lane it runs with have sent.
+    /// Takes what stimulus, feeds and the lane it runs with have sent. A lane that has ended hears of nothing any more.
     pub fn collect(&mut self) {
+        let ended = matches!(self.state, LaneState::Stopped | LaneState::Faulted);
         let Some(interrupt) = self.parts.interrupt.as_deref_mut() else { return };
         for events in &mut interrupt.events {
             while let Ok(event) = events.pop() {
                 match event {
+                    _ if ended => {}
                     Event::Edge { time, input, level, missed } => {
                         interrupt.arrivals.edge(input, time, level, missed, &mut self.parts.recorder);
                     }
@@ -142,23 +147,23 @@ impl Lane {
     pub(super) fn settle_arrivals(&mut self, now: u64) {
         if let Some(interrupt) = self.parts.interrupt.as_deref_mut() {
             interrupt.arrivals.settle(now, &mut self.parts.recorder);
-            interrupt.oldest.store(u64::MAX, Ordering::Relaxed);
         }
     }
 
-    /// The oldest edge or tick that waits.
-    pub fn next_arrival(&mut self) -> Option<Arrival> {
-        self.parts.interrupt.as_mut()?.arrivals.take()
+    /// The oldest edge or tick that waits, if it is not younger than `until` (plant time, ns).
+    pub fn next_arrival(&mut self, until: u64) -> Option<Arrival> {
+        let arrivals = &mut self.parts.interrupt.as_mut()?.arrivals;
+        if arrivals.peek()? <= until { arrivals.take() } else { None }
     }
 
-    /// Calls `add` with what becomes readable when edges wait: of lines that are not in a storm, and of the wake.
+    /// Calls `add` with what becomes readable when there is something to do: the wake, and lines that are not in a storm.
     pub fn descriptors<'a>(&'a self, mut add: impl FnMut(BorrowedFd<'a>)) {
         let Some(interrupt) = &self.parts.interrupt else { return };
-        for part in &interrupt.points {
-            part.descriptors(|input| interrupt.arrivals.in_storm(input), &mut add);
-        }
         if let Some(wake) = &interrupt.wake {
             add(wake.descriptor());
+        }
+        for part in &interrupt.points {
+            part.descriptors(|input| interrupt.arrivals.in_storm(input), &mut add);
         }
     }
 

@@ -6,7 +6,7 @@ use crate::layout::Probe;
 use latchwork_image::Quality;
 use latchwork_io::direct::Direct;
 use latchwork_io::driver::IoEvent;
-use latchwork_record::{Entry, Kind, SourceId};
+use latchwork_record::{Entry, Kind, Recorder, SourceId};
 use std::collections::HashMap;
 use std::os::fd::BorrowedFd;
 use std::sync::atomic::Ordering;
@@ -24,10 +24,16 @@ pub struct DirectPart {
     pub outputs: Vec<DirectOutput>,
     /// What the outputs are to show; room for it.
     pub values: Vec<u64>,
-    /// Name of the driver as a source of records.
-    pub source: SourceId,
-    /// Names of its points, for its events.
-    pub sources: HashMap<String, SourceId>,
+    /// Sources of records.
+    pub names: DirectNames,
+}
+
+/// A driver and its points as sources of records.
+pub struct DirectNames {
+    /// The driver.
+    pub driver: SourceId,
+    /// Its points, by name.
+    pub points: HashMap<String, SourceId>,
 }
 
 /// One input.
@@ -40,6 +46,8 @@ pub struct DirectInput {
     pub edge: Option<u32>,
     /// Its level is read whenever the lane executes: no edges, or only one of both.
     pub level: bool,
+    /// It worked when lines were last opened.
+    pub good: bool,
 }
 
 /// One output.
@@ -50,6 +58,18 @@ pub struct DirectOutput {
     pub probe: Probe,
     /// What it shows when the lane does not run.
     pub safe: u64,
+    /// It worked when lines were last opened.
+    pub good: bool,
+}
+
+impl DirectNames {
+    /// The record of a driver's event.
+    fn entry(&self, now: u64, event: &IoEvent) -> Entry {
+        let source = self.points.get(&event.source).copied().unwrap_or(self.driver);
+        Entry::new(now, Kind::Io, source, event.transition)
+            .priority(event.priority)
+            .text(format_args!("{}", event.text))
+    }
 }
 
 impl DirectPart {
@@ -62,49 +82,56 @@ impl DirectPart {
             }
         }
     }
-
-    /// The points that work: a bit for each input, then for each output; beyond 64 of them bits are shared.
-    fn good_points(&self) -> u64 {
-        let points = self.inputs.iter().map(|p| p.point).chain(self.outputs.iter().map(|p| p.point));
-        points.enumerate().fold(0, |bits, (i, point)| bits | u64::from(self.direct.good(point)) << (i & 63))
-    }
-
-    /// Which source an event is about.
-    fn source_of(&self, name: &str) -> SourceId {
-        self.sources.get(name).copied().unwrap_or(self.source)
-    }
-}
-
-/// The record of a driver's event.
-fn entry(now: u64, source: SourceId, event: &IoEvent) -> Entry {
-    Entry::new(now, Kind::Io, source, event.transition).priority(event.priority).text(format_args!("{}", event.text))
 }
 
 impl Interrupt {
-    /// Shows the level of every input, those that no edge brings as they are now, and how good each is.
+    /// Shows the level of every input, those that no edge brings as they are now, and how good each is. True when a level
+    /// that no edge brings, or a quality, is another one than the cells showed.
     #[inline]
-    pub(super) fn read_levels(&mut self, cells: &mut [u64], events: &mut dyn FnMut(SourceId, IoEvent)) {
+    pub(super) fn read_levels(&mut self, cells: &mut [u64], now: u64, recorder: &mut Recorder) -> bool {
+        let mut changed = false;
+        let mut told = false;
         for edge in &self.edges {
             let level = edge.now.as_ref().map_or(edge.level, |now| now.load(Ordering::Relaxed));
-            cells[edge.cell as usize] = u64::from(level);
+            let cell = &mut cells[edge.cell as usize];
+            changed |= edge.now.is_some() && *cell != u64::from(level);
+            *cell = u64::from(level);
         }
         for part in &mut self.points {
             for input in &part.inputs {
+                let (value, quality) = (input.cell as usize, input.cell as usize + 1);
                 if input.level {
-                    let (sources, source) = (&part.sources, part.source);
-                    let mut report = |e: IoEvent| events(sources.get(&e.source).copied().unwrap_or(source), e);
+                    let names = &part.names;
+                    let mut report = |e: IoEvent| {
+                        told = true;
+                        recorder.push(names.entry(now, &e));
+                    };
                     if let Some(level) = part.direct.level(input.point, &mut report) {
-                        cells[input.cell as usize] = u64::from(level);
+                        changed |= cells[value] != u64::from(level);
+                        cells[value] = u64::from(level);
                     }
                 }
                 let good = if part.direct.good(input.point) { Quality::Good } else { Quality::Bad }.cell();
-                cells[input.cell as usize + 1] = good;
+                changed |= cells[quality] != good;
+                cells[quality] = good;
             }
         }
+        if told {
+            // Inputs read before the one that failed show a quality that is over.
+            self.arrivals.tick(now);
+        }
+        changed
     }
 }
 
 impl Lane {
+    /// True for a lane with levels that no edge brings: other lanes see them only when this one shows them.
+    pub fn has_levels(&self) -> bool {
+        let Some(interrupt) = &self.parts.interrupt else { return false };
+        interrupt.edges.iter().any(|e| e.now.is_some())
+            || interrupt.points.iter().any(|p| p.inputs.iter().any(|i| i.level))
+    }
+
     /// Opens the points that are not open, at plant time `now`; levels of inputs that were opened are read. True when
     /// everything is open.
     pub fn open_points(&mut self, now: u64) -> bool {
@@ -115,21 +142,26 @@ impl Lane {
             if part.direct.healthy() {
                 continue;
             }
-            let (sources, source, recorder) = (&part.sources, part.source, &mut parts.recorder);
-            let mut report = |e: IoEvent| {
-                recorder.push(entry(now, sources.get(&e.source).copied().unwrap_or(source), &e));
-            };
-            let were_good = part.good_points();
+            let (names, recorder) = (&part.names, &mut parts.recorder);
+            let mut report = |e: IoEvent| recorder.push(names.entry(now, &e));
+            part.inputs.iter_mut().for_each(|i| i.good = part.direct.good(i.point));
+            part.outputs.iter_mut().for_each(|o| o.good = part.direct.good(o.point));
             part.direct.open(&mut report);
-            let are_good = part.good_points();
-            opened |= are_good & !were_good != 0;
-            for (i, input) in part.inputs.iter().enumerate() {
-                let fresh = (are_good & !were_good) >> (i & 63) & 1 == 1;
-                if let (true, Some(number)) = (fresh, input.edge)
+            for input in &mut part.inputs {
+                let good = part.direct.good(input.point);
+                if std::mem::replace(&mut input.good, good) || !good {
+                    continue;
+                }
+                opened = true;
+                if let Some(number) = input.edge
                     && let Some(level) = part.direct.level(input.point, &mut report)
                 {
                     interrupt.edges[number as usize].level = level;
                 }
+            }
+            for output in &mut part.outputs {
+                let good = part.direct.good(output.point);
+                opened |= good && !std::mem::replace(&mut output.good, good);
             }
             healthy &= part.direct.healthy();
         }
@@ -143,6 +175,23 @@ impl Lane {
     /// True when all points are open.
     pub fn points_healthy(&self) -> bool {
         self.parts.interrupt.as_ref().is_none_or(|i| i.points.iter().all(|p| p.direct.healthy()))
+    }
+
+    /// Looks after lines of which nothing has been heard, at plant time `now`; once a second is often enough.
+    pub fn check_points(&mut self, now: u64) {
+        let parts = &mut self.parts;
+        let Some(interrupt) = parts.interrupt.as_deref_mut() else { return };
+        let mut told = false;
+        for part in &mut interrupt.points {
+            let (names, recorder) = (&part.names, &mut parts.recorder);
+            part.direct.check(&mut |e: IoEvent| {
+                told = true;
+                recorder.push(names.entry(now, &e));
+            });
+        }
+        if told {
+            interrupt.arrivals.tick(now);
+        }
     }
 
     /// Takes edges from the lines, `plant` tells plant time of CLOCK_MONOTONIC; true when there may be more. Lines in a
@@ -174,7 +223,7 @@ impl Lane {
                     }
                 }
                 if let Some(event) = failed {
-                    recorder.push(entry(now, part.source_of(&event.source), &event));
+                    recorder.push(part.names.entry(now, &event));
                 }
                 if was_good && !part.direct.good(input.point) {
                     arrivals.tick(now);
@@ -190,14 +239,20 @@ impl Lane {
         let parts = &mut self.parts;
         let Some(interrupt) = parts.interrupt.as_deref_mut() else { return };
         let live = self.state == LaneState::Running;
+        let mut told = false;
         for part in &mut interrupt.points {
             for (value, output) in part.values.iter_mut().zip(&part.outputs) {
                 *value = if live { output.probe.read(&parts.cells) } else { output.safe };
             }
-            let (sources, source, recorder) = (&part.sources, part.source, &mut parts.recorder);
+            let (names, recorder) = (&part.names, &mut parts.recorder);
             part.direct.write(&part.values, &mut |e: IoEvent| {
-                recorder.push(entry(now, sources.get(&e.source).copied().unwrap_or(source), &e));
+                told = true;
+                recorder.push(names.entry(now, &e));
             });
+        }
+        if told && live {
+            // A chip that was found gone takes its inputs along: their quality is shown with the next execution.
+            interrupt.arrivals.tick(now);
         }
     }
 }

@@ -26,11 +26,11 @@ impl Bucket {
         }
     }
 
-    /// Counts an edge; false when the line is beyond its limit.
+    /// Counts so many edges, the last of them at `time`; false when the line is beyond its limit.
     #[inline]
-    pub(super) fn take(&mut self, time: u64) -> bool {
+    pub(super) fn take(&mut self, time: u64, edges: u64) -> bool {
         self.settle(time);
-        self.level += self.cost;
+        self.level = self.level.saturating_add(self.cost.saturating_mul(edges));
         if self.level <= BURST {
             return true;
         }
@@ -53,7 +53,7 @@ mod tests {
     /// Edges that are let through of `n` at a steady rate.
     fn passed(limit: u64, rate: u64, n: u64) -> u64 {
         let mut bucket = Bucket::new(limit);
-        (0..n).filter(|i| bucket.take(SECOND + i * SECOND / rate)).count() as u64
+        (0..n).filter(|i| bucket.take(SECOND + i * SECOND / rate, 1)).count() as u64
     }
 
     #[test]
@@ -70,9 +70,17 @@ mod tests {
     }
 
     #[test]
+    fn edges_that_were_lost_before_they_could_be_read_count() {
+        let mut bucket = Bucket::new(1000);
+        assert!(bucket.take(SECOND, 60));
+        assert!(!bucket.take(SECOND, 60));
+        assert!(!Bucket::new(1000).take(SECOND, u64::MAX));
+    }
+
+    #[test]
     fn a_line_is_calm_at_half_of_what_begins_a_storm() {
         let mut bucket = Bucket::new(1000);
-        while bucket.take(SECOND) {}
+        while bucket.take(SECOND, 1) {}
         assert_eq!(bucket.calm_at(), SECOND + 50_000_000);
         // Edges at half of the limit still let it calm down, those at the limit do not.
         let calms = |rate: u64| {
@@ -80,7 +88,7 @@ mod tests {
             (1..=rate).any(|i| {
                 let now = SECOND + i * SECOND / rate;
                 let calm = b.calm_at() <= now;
-                b.take(now);
+                b.take(now, 1);
                 calm
             })
         };
