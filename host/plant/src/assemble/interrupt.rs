@@ -42,26 +42,28 @@ pub(super) fn polled(model: &Model, layout: &mut Layout) -> Result<Vec<Polled>, 
     Ok(lanes)
 }
 
+/// What interrupt lanes are assembled from.
+pub(super) struct Context<'a> {
+    pub(super) model: &'a Model,
+    pub(super) layout: &'a Layout,
+    /// The lanes' marks.
+    pub(super) oldest: &'a [Arc<AtomicU64>],
+    pub(super) sources: &'a [DriverSources],
+    pub(super) time: Time,
+}
+
 impl Interrupts {
-    pub(super) fn new(
-        model: &Model,
-        layout: &Layout,
-        polled: Vec<Polled>,
-        oldest: &[Arc<AtomicU64>],
-        sources: &[DriverSources],
-        sim: &mut SimPoints,
-        time: Time,
-    ) -> Result<Self, AssembleError> {
-        let lanes = model.lanes.len();
+    pub(super) fn new(context: &Context<'_>, polled: Vec<Polled>, sim: &mut SimPoints) -> Result<Self, AssembleError> {
+        let lanes = context.model.lanes.len();
         let mut all = Self {
             interrupts: (0..lanes).map(|_| None).collect(),
             followers: (0..lanes).map(|_| Vec::new()).collect(),
             initial: (0..lanes).map(|_| Vec::new()).collect(),
             wakes: Vec::new(),
         };
-        for ((index, lane), polled) in model.lanes.iter().enumerate().zip(polled) {
+        for ((index, lane), polled) in context.model.lanes.iter().enumerate().zip(polled) {
             if let Some(interrupt) = &lane.interrupt {
-                all.add(model, layout, polled, oldest, sources, sim, time, index, interrupt)?;
+                all.add(context, index, interrupt, polled, sim)?;
             }
         }
         Ok(all)
@@ -71,19 +73,15 @@ impl Interrupts {
         self.interrupts[lane].take()
     }
 
-    #[expect(clippy::too_many_arguments, reason = "one call, everything assembled so far")]
     fn add(
         &mut self,
-        model: &Model,
-        layout: &Layout,
-        polled: Polled,
-        oldest: &[Arc<AtomicU64>],
-        sources: &[DriverSources],
-        sim: &mut SimPoints,
-        time: Time,
+        context: &Context<'_>,
         lane: usize,
         of: &model::Interrupt,
+        polled: Polled,
+        sim: &mut SimPoints,
     ) -> Result<(), AssembleError> {
+        let Context { model, layout, oldest, sources, time } = *context;
         let failed = |message| AssembleError::Lane { lane: model.lanes[lane].name.clone(), message };
         let wake = match time {
             Time::Real => Some(Arc::new(Wake::new().map_err(|e| failed(format!("no eventfd: {e}")))?)),

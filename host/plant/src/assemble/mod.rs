@@ -226,7 +226,14 @@ pub fn assemble(model: Model, engine: &Engine, options: &Options<'_>) -> Result<
     let driver_sources: Vec<_> = model.drivers.iter().map(|d| DriverSources::new(d, &mut sources)).collect();
     let mut sim = SimPoints::default();
     let oldest: Vec<_> = model.lanes.iter().map(|_| Arc::new(AtomicU64::new(u64::MAX))).collect();
-    let mut interrupts = Interrupts::new(&model, &layout, polled, &oldest, &driver_sources, &mut sim, options.time)?;
+    let context = interrupt::Context {
+        model: &model,
+        layout: &layout,
+        oldest: &oldest,
+        sources: &driver_sources,
+        time: options.time,
+    };
+    let mut interrupts = Interrupts::new(&context, polled, &mut sim)?;
     let (mut lanes, mut links, mut trace, mut queues) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
     let mut instances: Vec<_> = instances.into_iter().map(Some).collect();
     for (index, watches) in watches.into_iter().enumerate() {

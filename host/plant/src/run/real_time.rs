@@ -25,11 +25,14 @@ const FIRST_READING: u64 = 1_000_000_000;
 /// Time the drivers have to write their safe values.
 const DRIVERS_STOP: Duration = Duration::from_secs(3);
 
+/// What a lane's thread ends with.
+type Driven = (Lane, Option<Watchdog>);
+
 /// The lanes' threads. Dropped, it ends them in order: also when whoever watches them panics.
 struct Threads {
     stop: Arc<AtomicBool>,
     wakes: Vec<Arc<Wake>>,
-    lanes: Vec<(usize, JoinHandle<(Lane, Option<Watchdog>)>)>,
+    lanes: Vec<(usize, JoinHandle<Driven>)>,
 }
 
 impl Threads {

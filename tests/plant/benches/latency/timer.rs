@@ -5,6 +5,7 @@ use rustix::time::{
     Itimerspec, TimerfdClockId, TimerfdFlags, TimerfdTimerFlags, Timespec, timerfd_create, timerfd_settime,
 };
 use std::collections::VecDeque;
+use std::fs::File;
 use std::os::fd::{AsFd, BorrowedFd, OwnedFd};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering};
@@ -67,11 +68,14 @@ pub(crate) struct TimerLine {
     armed: u64,
     open: VecDeque<u64>,
     shown: u64,
+    /// Takes the system call that a GPIO line would take.
+    output: File,
 }
 
 impl TimerLine {
     pub(crate) fn new(line: Arc<Line>) -> Self {
-        Self { line, level: false, passed: 0, armed: 0, open: VecDeque::with_capacity(65_536), shown: 0 }
+        let output = File::options().write(true).open("/dev/null").expect("/dev/null");
+        Self { line, level: false, passed: 0, armed: 0, open: VecDeque::with_capacity(65_536), shown: 0, output }
     }
 }
 
@@ -119,6 +123,7 @@ impl Direct for TimerLine {
             return;
         }
         self.shown = outputs[0];
+        rustix::io::write(&self.output, &[self.shown as u8]).expect("/dev/null takes all");
         let Some(at) = self.open.pop_front() else { return };
         let taken = self.line.taken.fetch_add(1, Ordering::Relaxed);
         if let Some(sample) = self.line.samples.get(taken) {
