@@ -8,7 +8,7 @@
 //! timers ──┬─► veracity (digital) ──┐
 //! flip-flops ──────────────────────┬┤
 //! scale ──► veracity (analogue) ──►│├─► alarm unit
-//! bounds, multivibrator ───────────┘┘          counters, tank: alone
+//! bounds, multivibrator ───────────┘┘          counters, gate, tank: alone
 //! ```
 //!
 //! Rules that hold everywhere:
@@ -22,6 +22,7 @@ mod bounds;
 mod counters;
 pub mod cpc;
 mod flip_flops;
+mod gate;
 mod multivibrator;
 mod number;
 mod refusal;
@@ -37,6 +38,7 @@ pub use alarm_unit::{
 pub use bounds::{BoundsCheck, BoundsSettings};
 pub use counters::{Ctd, Ctu, Ctud};
 pub use flip_flops::{FTrig, RTrig, Rs, Sr};
+pub use gate::Gate;
 pub use multivibrator::{Multivibrator, MultivibratorSettings};
 pub use refusal::Refusal;
 pub use scale::Scale;

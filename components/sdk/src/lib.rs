@@ -86,3 +86,9 @@ mod bindings {
 
 pub use alloc::{format, string::String, vec, vec::Vec};
 pub use latchwork_sdk_macros::block;
+
+/// The flags whose condition holds, one row per flag: `flags([(Alarms::HIGH, is_high), (Alarms::LOW, is_low)])`. For alarms
+/// and status registers, and for any other type of flags.
+pub fn flags<T: FromIterator<T>, const N: usize>(all: [(T, bool); N]) -> T {
+    all.into_iter().filter(|(_, holds)| *holds).map(|(flag, _)| flag).collect()
+}

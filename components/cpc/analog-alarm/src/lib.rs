@@ -2,6 +2,7 @@
 #![no_std]
 
 use latchwork_logic::{self as logic, cpc};
+use latchwork_sdk::flags;
 
 #[derive(Default)]
 struct AnalogAlarm {
@@ -130,11 +131,6 @@ fn register(status: cpc::AnalogAlarmStatus) -> StatusRegister {
         (StatusRegister::L_ENABLED, status.enabled.l),
         (StatusRegister::LL_ENABLED, status.enabled.ll),
     ])
-}
-
-/// The flags whose condition holds.
-fn flags<T: FromIterator<T>, const N: usize>(all: [(T, bool); N]) -> T {
-    all.into_iter().filter(|(_, holds)| *holds).map(|(flag, _)| flag).collect()
 }
 
 fn alarm_commands(commands: Commands) -> cpc::AlarmCommands {

@@ -2,6 +2,7 @@
 #![no_std]
 
 use latchwork_logic::{self as logic, cpc};
+use latchwork_sdk::flags;
 
 #[derive(Default)]
 struct AnalogInput {
@@ -67,11 +68,6 @@ fn register(status: cpc::AnalogInputStatus) -> StatusRegister {
         (StatusRegister::BELOW_RANGE, status.below_range),
         (StatusRegister::ABOVE_RANGE, status.above_range),
     ])
-}
-
-/// The flags whose condition holds.
-fn flags<T: FromIterator<T>, const N: usize>(all: [(T, bool); N]) -> T {
-    all.into_iter().filter(|(_, holds)| *holds).map(|(flag, _)| flag).collect()
 }
 
 fn force_commands(commands: Commands) -> cpc::AnalogForceCommands {

@@ -2,6 +2,7 @@
 #![no_std]
 
 use latchwork_logic::{self as logic, cpc};
+use latchwork_sdk::flags;
 
 #[derive(Default)]
 struct DigitalOutput {
@@ -66,11 +67,6 @@ fn register(status: cpc::DigitalOutputStatus) -> StatusRegister {
         (StatusRegister::FORCED_DIFFERS, status.forced_differs),
         (StatusRegister::MISMATCH, status.mismatch),
     ])
-}
-
-/// The flags whose condition holds.
-fn flags<T: FromIterator<T>, const N: usize>(all: [(T, bool); N]) -> T {
-    all.into_iter().filter(|(_, holds)| *holds).map(|(flag, _)| flag).collect()
 }
 
 fn force_commands(commands: Commands) -> cpc::ForceCommands {

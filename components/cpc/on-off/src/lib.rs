@@ -2,6 +2,7 @@
 #![no_std]
 
 use latchwork_logic::{self as logic, cpc};
+use latchwork_sdk::flags;
 
 #[derive(Default)]
 struct OnOff {
@@ -13,18 +14,29 @@ struct OnOff {
 impl OnOff {
     fn defaults() -> Settings {
         let logic = cpc::OnOffSettings::default();
-        let cpc::OnOffSettings { fail_safe_on, has_feedback_on, has_feedback_off, .. } = logic;
+        let cpc::OnOffSettings { fail_safe_on, has_feedback_on, has_feedback_off, full_stop_at_start, .. } = logic;
         let feedback_timeout = Duration::from_nanos(logic.feedback_timeout);
         let full_stop_restart = from_rule(logic.full_stop_restart);
-        Settings { fail_safe_on, has_feedback_on, has_feedback_off, feedback_timeout, full_stop_restart }
+        Settings {
+            fail_safe_on,
+            has_feedback_on,
+            has_feedback_off,
+            feedback_timeout,
+            full_stop_restart,
+            full_stop_at_start,
+        }
     }
 
     fn configure(&mut self, settings: Settings) -> Result<(), logic::Refusal> {
-        let Settings { fail_safe_on, has_feedback_on, has_feedback_off, .. } = settings;
-        let feedback_timeout = settings.feedback_timeout.ns;
-        let full_stop_restart = rule(settings.full_stop_restart);
-        let settings =
-            cpc::OnOffSettings { fail_safe_on, has_feedback_on, has_feedback_off, feedback_timeout, full_stop_restart };
+        let Settings { fail_safe_on, has_feedback_on, has_feedback_off, full_stop_at_start, .. } = settings;
+        let settings = cpc::OnOffSettings {
+            fail_safe_on,
+            has_feedback_on,
+            has_feedback_off,
+            feedback_timeout: settings.feedback_timeout.ns,
+            full_stop_restart: rule(settings.full_stop_restart),
+            full_stop_at_start,
+        };
         settings.check()?;
         self.settings = settings;
         Ok(())
@@ -33,7 +45,7 @@ impl OnOff {
     fn execute(&mut self, scan: Scan, inputs: Inputs, commands: Commands) -> (Outputs, Alarms) {
         let (orders, interlocks) = (order_commands(commands), interlock_commands(commands));
         let cpc::OnOffOutputs { output, on, off, interlocked, status } =
-            self.actuator.execute(&self.settings, scan.elapsed, to_logic(&inputs), orders, interlocks);
+            self.actuator.execute(&self.settings, scan.elapsed, to_logic(scan.first, &inputs), orders, interlocks);
         let alarms = flags([
             (Alarms::START_INTERLOCK, status.start_interlock),
             (Alarms::TEMPORARY_STOP, status.temporary_stop),
@@ -74,8 +86,9 @@ impl OnOff {
     }
 }
 
-fn to_logic(inputs: &Inputs) -> cpc::OnOffInputs {
+fn to_logic(first: bool, inputs: &Inputs) -> cpc::OnOffInputs {
     cpc::OnOffInputs {
+        first,
         auto: mode_inputs(inputs),
         local: inputs.local,
         local_on: inputs.local_on,
@@ -111,11 +124,6 @@ fn register(status: cpc::OnOffStatus) -> StatusRegister {
         (StatusRegister::IO_ERROR, status.io_error),
         (StatusRegister::SIMULATED, status.simulated),
     ])
-}
-
-/// The flags whose condition holds.
-fn flags<T: FromIterator<T>, const N: usize>(all: [(T, bool); N]) -> T {
-    all.into_iter().filter(|(_, holds)| *holds).map(|(flag, _)| flag).collect()
 }
 
 fn order_commands(commands: Commands) -> cpc::OrderCommands {
@@ -232,5 +240,28 @@ mod tests {
             let (out, alarms) = block.execute(scan, inputs, commands);
             assert!(restored.execute(scan, inputs, commands) == (out, alarms), "step {step}");
         }
+    }
+
+    #[test]
+    fn with_a_full_stop_at_start_a_block_that_faulted_waits_and_a_restored_one_goes_on() {
+        let settings = Settings { full_stop_at_start: true, ..OnOff::defaults() };
+        let configured = || {
+            let mut block = OnOff::default();
+            block.configure(settings).expect("accepted");
+            block
+        };
+        let first = Scan { first: true, ..Scan::default() };
+        let inputs = Inputs { auto_on: true, ..Inputs::default() };
+        let mut block = configured();
+        let (out, alarms) = block.execute(first, inputs, Commands::empty());
+        assert!(!out.output && alarms.contains(Alarms::FULL_STOP), "the start of the plant");
+        assert!(block.execute(Scan::default(), inputs, Commands::ACKNOWLEDGE).0.output, "acknowledged");
+
+        let (out, alarms) = configured().execute(first, inputs, Commands::empty());
+        assert!(!out.output && alarms.contains(Alarms::FULL_STOP), "a new instance after a fault");
+        let mut restored = configured();
+        restored.restore(block.save());
+        let (out, alarms) = restored.execute(Scan::default(), inputs, Commands::empty());
+        assert!(out.output && alarms.is_empty(), "a restored state");
     }
 }

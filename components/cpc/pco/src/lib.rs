@@ -2,6 +2,7 @@
 #![no_std]
 
 use latchwork_logic::{self as logic, cpc};
+use latchwork_sdk::flags;
 
 #[derive(Default)]
 struct Pco {
@@ -12,7 +13,8 @@ struct Pco {
 #[latchwork_sdk::block("latchwork:device/pco")]
 impl Pco {
     fn defaults() -> Settings {
-        let cpc::PcoSettings { allowed, start_mode, full_stop_restart } = cpc::PcoSettings::default();
+        let cpc::PcoSettings { allowed, start_mode, full_stop_restart, full_stop_at_start } =
+            cpc::PcoSettings::default();
         let [allowed1, allowed2, allowed3, allowed4, allowed5, allowed6, allowed7, allowed8] =
             allowed.map(OptionModes::from_bits_truncate);
         let full_stop_restart = from_rule(full_stop_restart);
@@ -27,6 +29,7 @@ impl Pco {
             allowed8,
             start_mode,
             full_stop_restart,
+            full_stop_at_start,
         }
     }
 
@@ -37,15 +40,16 @@ impl Pco {
             allowed: allowed.map(|modes| modes.bits()),
             start_mode: settings.start_mode,
             full_stop_restart: rule(settings.full_stop_restart),
+            full_stop_at_start: settings.full_stop_at_start,
         };
         settings.check()?;
         self.settings = settings;
         Ok(())
     }
 
-    fn execute(&mut self, _scan: Scan, inputs: Inputs, commands: Commands) -> (Outputs, Alarms) {
+    fn execute(&mut self, scan: Scan, inputs: Inputs, commands: Commands) -> (Outputs, Alarms) {
         let cpc::PcoOutputs { run, interlocked, option_mode, mode, dependents_auto, status } =
-            self.unit.execute(&self.settings, to_logic(&inputs), to_commands(commands));
+            self.unit.execute(&self.settings, to_logic(scan.first, &inputs), to_commands(commands));
         let alarms = flags([
             (Alarms::START_INTERLOCK, status.start_interlock),
             (Alarms::TEMPORARY_STOP, status.temporary_stop),
@@ -101,8 +105,9 @@ impl Pco {
     }
 }
 
-fn to_logic(inputs: &Inputs) -> cpc::PcoInputs {
+fn to_logic(first: bool, inputs: &Inputs) -> cpc::PcoInputs {
     cpc::PcoInputs {
+        first,
         auto: mode_inputs(inputs),
         auto_option_mode: inputs.auto_option_mode,
         auto_dependents: inputs.auto_dependents,
@@ -160,11 +165,6 @@ fn register(status: cpc::PcoStatus) -> StatusRegister {
         (StatusRegister::MODE7, in_mode(OptionModes::MODE7)),
         (StatusRegister::MODE8, in_mode(OptionModes::MODE8)),
     ])
-}
-
-/// The flags whose condition holds.
-fn flags<T: FromIterator<T>, const N: usize>(all: [(T, bool); N]) -> T {
-    all.into_iter().filter(|(_, holds)| *holds).map(|(flag, _)| flag).collect()
 }
 
 fn order_commands(commands: Commands) -> cpc::OrderCommands {
@@ -275,5 +275,28 @@ mod tests {
             let (out, alarms) = block.execute(scan, inputs, commands);
             assert!(restored.execute(scan, inputs, commands) == (out, alarms), "step {step}");
         }
+    }
+
+    #[test]
+    fn with_a_full_stop_at_start_a_block_that_faulted_waits_and_a_restored_one_goes_on() {
+        let settings = Settings { full_stop_at_start: true, ..Pco::defaults() };
+        let configured = || {
+            let mut block = Pco::default();
+            block.configure(settings).expect("accepted");
+            block
+        };
+        let first = Scan { first: true, ..Scan::default() };
+        let inputs = Inputs { auto_on: true, ..Inputs::default() };
+        let mut block = configured();
+        let (out, alarms) = block.execute(first, inputs, Commands::empty());
+        assert!(!out.run && alarms.contains(Alarms::FULL_STOP), "the start of the plant");
+        assert!(block.execute(Scan::default(), inputs, Commands::ACKNOWLEDGE).0.run, "acknowledged");
+
+        let (out, alarms) = configured().execute(first, inputs, Commands::empty());
+        assert!(!out.run && alarms.contains(Alarms::FULL_STOP), "a new instance after a fault");
+        let mut restored = configured();
+        restored.restore(block.save());
+        let (out, alarms) = restored.execute(Scan::default(), inputs, Commands::empty());
+        assert!(out.run && alarms.is_empty(), "a restored state");
     }
 }

@@ -99,7 +99,7 @@ impl AnalogAlarmSettings {
 pub struct AnalogAlarmInputs {
     /// The value.
     pub value: Signal,
-    /// Thresholds that count for nothing; a running delay is forgotten.
+    /// Thresholds that count for nothing; a running delay is forgotten, and that the value was beyond.
     pub disable: Thresholds<bool>,
     /// Occurrences need no acknowledgement.
     pub auto_acknowledge: bool,
@@ -146,7 +146,7 @@ pub struct AnalogAlarmStatus {
 /// The state of one threshold.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Threshold {
-    /// The value went beyond the limit and has not come back by the hysteresis.
+    /// While enabled, the value went beyond the limit and has not come back by the hysteresis.
     pub beyond: bool,
     /// Condition and delay.
     pub delay: Ton,
@@ -184,6 +184,7 @@ impl AnalogAlarm {
             self.compare(settings, value.value);
         }
         let enabled = settings.used.zip(disable, |used, disable| used && !disable);
+        self.forget(enabled);
         let mut pending = false;
         let mut delayed = |ton: &mut Ton, condition: bool| {
             let active = ton.execute(elapsed, condition, settings.delay);
@@ -192,10 +193,10 @@ impl AnalogAlarm {
         };
         let t = &mut self.thresholds;
         let active = Thresholds {
-            hh: delayed(&mut t.hh.delay, t.hh.beyond && enabled.hh),
-            h: delayed(&mut t.h.delay, t.h.beyond && enabled.h),
-            l: delayed(&mut t.l.delay, t.l.beyond && enabled.l),
-            ll: delayed(&mut t.ll.delay, t.ll.beyond && enabled.ll),
+            hh: delayed(&mut t.hh.delay, t.hh.beyond),
+            h: delayed(&mut t.h.delay, t.h.beyond),
+            l: delayed(&mut t.l.delay, t.l.beyond),
+            ll: delayed(&mut t.ll.delay, t.ll.beyond),
         };
         let unseen = io_error && settings.interlock_on_io_error && (enabled.hh || enabled.ll);
         let unseen = delayed(&mut self.io_error, unseen);
@@ -218,6 +219,15 @@ impl AnalogAlarm {
             simulated,
         };
         AnalogAlarmOutputs { interlock, warning, alarms, status }
+    }
+
+    /// A threshold that is not enabled forgets the hysteresis too: once enabled, it stands for a value beyond its limit alone.
+    fn forget(&mut self, enabled: Thresholds<bool>) {
+        let t = &mut self.thresholds;
+        t.hh.beyond &= enabled.hh;
+        t.h.beyond &= enabled.h;
+        t.l.beyond &= enabled.l;
+        t.ll.beyond &= enabled.ll;
     }
 
     fn compare(&mut self, settings: &AnalogAlarmSettings, value: f64) {

@@ -104,7 +104,9 @@ impl AnalogInput {
         simulated: bool,
         commands: AnalogForceCommands,
     ) -> AnalogInputOutputs {
-        let margin = (settings.raw_high - settings.raw_low) * settings.margin / 100.0;
+        // Not the distance times the part: that of two finite numbers may be infinite, and infinite times 0 is no number.
+        let part = settings.margin / 100.0;
+        let margin = settings.raw_high * part - settings.raw_low * part;
         let below_range = raw.value < settings.raw_low - margin;
         let above_range = raw.value > settings.raw_high + margin;
         let io_error = !raw.is_usable() || below_range || above_range;

@@ -16,9 +16,9 @@ pub struct AnalogOutputSettings {
     pub raw_high: f64,
     /// Fastest movement of the position, unit/s; finite, 0 or more; 0 is no limit.
     pub rate_limit: f64,
-    /// Position before the first usable order; between `low` and `high`.
+    /// Position before the first usable order; finite, held at the end of the range it is beyond.
     pub start: f64,
-    /// Position while forced; between `low` and `high`.
+    /// Position while forced; finite, held at the end of the range it is beyond.
     pub forced_value: f64,
 }
 
@@ -31,19 +31,11 @@ impl Default for AnalogOutputSettings {
 impl AnalogOutputSettings {
     /// Refuses settings outside their ranges.
     pub fn check(&self) -> Result<(), Refusal> {
-        let range = self.range();
-        range.check()?;
+        self.range().check()?;
         refusal::not_negative("rate-limit", self.rate_limit)?;
-        for (name, value) in [("start", self.start), ("forced-value", self.forced_value)] {
-            refusal::finite(name, value)?;
-            let near = range.clamp(value);
-            if value != near {
-                let end = if near == self.low { "low" } else { "high" };
-                let how = if value < near { "at least" } else { "at most" };
-                return Err(Refusal::related((name, value), how, (end, near)));
-            }
-        }
-        Ok(())
+        // Held within the range where they are used: the defaults of both must do for a range that excludes 0.
+        refusal::finite("start", self.start)?;
+        refusal::finite("forced-value", self.forced_value)
     }
 
     fn range(&self) -> Range {
@@ -119,10 +111,11 @@ impl AnalogOutput {
         if valid {
             self.order = Some(inputs.order.value);
         }
-        let order = self.order.unwrap_or(settings.start);
+        let start = range.clamp(settings.start);
+        let order = self.order.unwrap_or(start);
         let forced = self.force.execute(commands);
         let target = range.clamp(if forced { settings.forced_value } else { order });
-        let from = range.clamp(self.position.unwrap_or(settings.start));
+        let from = range.clamp(self.position.unwrap_or(start));
         let position = range.clamp(approach(from, target, settings.rate_limit, elapsed));
         self.position = Some(position);
         let status = AnalogOutputStatus {

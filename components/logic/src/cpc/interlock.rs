@@ -46,10 +46,18 @@ pub struct Interlocks {
 }
 
 impl Interlocks {
-    /// Takes the interlocks in; returns whether one of them came. An acknowledgement is for what was there before.
-    pub(super) fn execute(&mut self, rule: RestartRule, now: InterlockInputs, commands: InterlockCommands) -> bool {
+    /// Takes the interlocks in; returns whether one of them came. An acknowledgement is for what was there before. With
+    /// `stopped` a full stop stands from now on, as if it had come and gone.
+    pub(super) fn execute(
+        &mut self,
+        rule: RestartRule,
+        stopped: bool,
+        now: InterlockInputs,
+        commands: InterlockCommands,
+    ) -> bool {
         let came = |now: bool, before: bool| now && !before;
-        if came(now.full, self.last.full) {
+        let full_came = stopped || came(now.full, self.last.full);
+        if full_came {
             (self.latched, self.restart_needed) = (true, true);
         } else {
             self.latched &= !commands.acknowledge;
@@ -57,9 +65,7 @@ impl Interlocks {
             self.restart_needed &= !(commands.allow_restart && may);
         }
         self.restart_needed &= rule != RestartRule::Acknowledge;
-        let came = came(now.start, self.last.start)
-            || came(now.temporary, self.last.temporary)
-            || came(now.full, self.last.full);
+        let came = full_came || came(now.start, self.last.start) || came(now.temporary, self.last.temporary);
         self.last = now;
         came
     }

@@ -19,6 +19,8 @@ pub struct OnOffSettings {
     pub feedback_timeout: u64,
     /// What it takes to start again after a full stop.
     pub full_stop_restart: RestartRule,
+    /// After a cold start a full stop stands.
+    pub full_stop_at_start: bool,
 }
 
 impl Default for OnOffSettings {
@@ -29,6 +31,7 @@ impl Default for OnOffSettings {
             has_feedback_off: false,
             feedback_timeout: 10_000_000_000,
             full_stop_restart: RestartRule::Acknowledge,
+            full_stop_at_start: false,
         }
     }
 }
@@ -43,6 +46,8 @@ impl OnOffSettings {
 /// What acts on the actuator.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct OnOffInputs {
+    /// The first execution after a cold start.
+    pub first: bool,
     /// What the plant's logic wants.
     pub auto: ModeInputs,
     /// The panel at the actuator has control (HLD).
@@ -149,9 +154,13 @@ impl OnOff {
         interlock_commands: InterlockCommands,
     ) -> OnOffOutputs {
         let fail_safe = settings.fail_safe_on;
+        if inputs.first {
+            self.orders.begin(fail_safe);
+        }
         self.orders.choose(inputs.local, &inputs.auto, &commands);
         let before = self.interlocks.full_stop();
-        let came = self.interlocks.execute(settings.full_stop_restart, inputs.interlocks, interlock_commands);
+        let stopped = inputs.first && settings.full_stop_at_start;
+        let came = self.interlocks.execute(settings.full_stop_restart, stopped, inputs.interlocks, interlock_commands);
         let full_stop = self.interlocks.full_stop();
         let local = inputs.local.then_some((inputs.local_on, inputs.local_off));
         let order = self.orders.order(local, &inputs.auto, &commands, Stop { before, now: full_stop, fail_safe });

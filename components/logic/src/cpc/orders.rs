@@ -56,6 +56,11 @@ pub struct Orders {
 }
 
 impl Orders {
+    /// Before the first order the object is in its fail-safe position.
+    pub(super) fn begin(&mut self, fail_safe: bool) {
+        (self.auto, self.manual) = (fail_safe, fail_safe);
+    }
+
     /// Changes the mode. In local nothing does.
     pub(super) fn choose(&mut self, local: bool, inputs: &ModeInputs, commands: &OrderCommands) {
         let requested = inputs.auto_mode_request && !self.auto_mode_request;

@@ -18,11 +18,18 @@ pub struct PcoSettings {
     pub start_mode: u8,
     /// What it takes to start again after a full stop.
     pub full_stop_restart: RestartRule,
+    /// After a cold start a full stop stands.
+    pub full_stop_at_start: bool,
 }
 
 impl Default for PcoSettings {
     fn default() -> Self {
-        Self { allowed: [u8::MAX; OPTION_MODES as usize], start_mode: 1, full_stop_restart: RestartRule::Acknowledge }
+        Self {
+            allowed: [u8::MAX; OPTION_MODES as usize],
+            start_mode: 1,
+            full_stop_restart: RestartRule::Acknowledge,
+            full_stop_at_start: false,
+        }
     }
 }
 
@@ -47,6 +54,8 @@ fn bit(mode: u8) -> u8 {
 /// What acts on the unit.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct PcoInputs {
+    /// The first execution after a cold start.
+    pub first: bool,
     /// What the plant's logic, or the unit this one depends on, wants.
     pub auto: ModeInputs,
     /// Option mode the logic wants, 1 to 8; 0 is none in particular (AuOpMoR).
@@ -152,7 +161,9 @@ impl Pco {
     pub fn execute(&mut self, settings: &PcoSettings, inputs: PcoInputs, commands: PcoCommands) -> PcoOutputs {
         self.orders.choose(false, &inputs.auto, &commands.orders);
         let before = self.interlocks.full_stop();
-        let came = self.interlocks.execute(settings.full_stop_restart, inputs.interlocks, commands.interlocks);
+        let stopped = inputs.first && settings.full_stop_at_start;
+        let rule = settings.full_stop_restart;
+        let came = self.interlocks.execute(rule, stopped, inputs.interlocks, commands.interlocks);
         self.interlocks.acknowledge(came, commands.interlocks.acknowledge);
         let full_stop = self.interlocks.full_stop();
         let stop = Stop { before, now: full_stop, fail_safe: false };

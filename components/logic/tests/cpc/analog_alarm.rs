@@ -77,6 +77,25 @@ fn thresholds_and_hysteresis() {
 }
 
 #[test]
+fn a_disabled_threshold_forgets_that_the_value_was_beyond() {
+    run(AnalogAlarmSettings { hysteresis: 5.0, ..AnalogAlarmSettings::default() }, &[
+        ("beyond all upper limits", 0, 91.0, "", "", "hh h"),
+        ("within the hysteresis, where it would still stand", 10, 86.0, "disable_hh", "", "!hh h"),
+        ("enabled again, it does not: only a crossing counts", 10, 86.0, "", "", "!hh h !interlock"),
+        ("which comes", 10, 90.5, "", "", "hh interlock"),
+        ("beyond while disabled, and while enabled again, stands at once", 10, 95.0, "disable_hh", "", "!hh"),
+        ("beyond while disabled, and while enabled again, stands at once", 10, 95.0, "", "", "hh"),
+        ("also where the value cannot be read meanwhile", 10, 0.0, "bad disable_hh disable_h", "", "!hh !h"),
+        ("also where the value cannot be read meanwhile", 10, 0.0, "bad", "", "!hh !h"),
+        ("the same below", 10, 5.0, "", "", "ll l"),
+        ("the same below", 10, 14.0, "disable_l disable_ll", "", "!ll !l"),
+        ("the same below", 10, 14.0, "", "", "!ll l"),
+        ("the same below", 10, 22.0, "disable_l", "", "!l"),
+        ("the same below", 10, 22.0, "", "", "!l"),
+    ]);
+}
+
+#[test]
 fn delay() {
     run(AnalogAlarmSettings { delay: 50 * MS, ..AnalogAlarmSettings::default() }, &[
         ("the delay begins", 0, 85.0, "", "", "pending !h"),

@@ -61,6 +61,21 @@ fn analog_input() {
         ("beyond the margin it is an I/O error", 0, good(1_051.0), 105.0, Bad),
         ("beyond the margin it is an I/O error", 0, good(-51.0), 105.0, Bad),
     ]);
+    let (raw_low, raw_high) = (-f64::MAX, f64::MAX);
+    run_input(AnalogInputSettings { raw_low, raw_high, ..settings }, &[
+        ("the widest range has its ends", 0, good(f64::MAX), 100.0, Good),
+        ("the widest range has its ends", 0, good(f64::MIN), 0.0, Good),
+    ]);
+    run_input(AnalogInputSettings { raw_low: -1.5e308, raw_high: 1.5e308, ..settings }, &[
+        ("a range wider than the numbers has no margin where none is set", 0, good(0.0), 50.0, Good),
+        ("a range wider than the numbers has no margin where none is set", 0, good(1.6e308), 50.0, Bad),
+        ("a range wider than the numbers has no margin where none is set", 0, good(-1.6e308), 50.0, Bad),
+    ]);
+    run_input(AnalogInputSettings { raw_low: -1e308, raw_high: 1e308, margin: 10.0, ..settings }, &[
+        ("and its margin where one is set", 0, good(1.1e308), 105.0, Good),
+        ("and its margin where one is set", 0, good(1.3e308), 105.0, Bad),
+        ("and its margin where one is set", 0, good(-1.3e308), 105.0, Bad),
+    ]);
     run_input(
         AnalogInputSettings { low: 20.0, high: -20.0, ..settings },
         &[("a falling range", 0, good(250.0), 10.0, Good), ("a falling range", 0, good(1_000.0), -20.0, Good)],
@@ -149,6 +164,14 @@ fn analog_output() {
         ("a falling range", 0, good(75.0), 75.0, 250.0, quiet),
         ("a falling range", 0, good(101.0), 100.0, 0.0, limited),
     ]);
+    run_output(AnalogOutputSettings { low: 4.0, high: 20.0, ..settings }, &[
+        ("a start outside the range is held at its end, and is no order beyond it", 0, bad, 4.0, 0.0, invalid),
+        ("an order is", 10, good(21.0), 20.0, 1_000.0, limited),
+    ]);
+    run_output(AnalogOutputSettings { low: -4.0, high: -20.0, rate_limit: 8.0, ..settings }, &[
+        ("at the nearer one, and there a ramp begins", 0, bad, -4.0, 0.0, invalid),
+        ("at the nearer one, and there a ramp begins", 500, good(-20.0), -8.0, 250.0, ramping),
+    ]);
     run_output(AnalogOutputSettings { rate_limit: 10.0, ..settings }, &[
         ("with a rate it begins at its start", 0, good(10.0), 0.0, 0.0, ramping),
         ("it moves by the rate", 500, good(10.0), 5.0, 50.0, ramping),
@@ -176,4 +199,9 @@ fn analog_output_forced() {
     assert_eq!((out.position, out.raw, out.status.ramping), (40.0, 400.0, false));
     let out = scan(1_000, UNFORCE);
     assert_eq!((out.position, out.status.forced), (30.0, false), "let go, it goes back at its rate");
+    let settings = AnalogOutputSettings { low: 4.0, high: 20.0, forced_value: 0.0, ..output_settings() };
+    let inputs = AnalogOutputInputs { order: good(12.0), ..AnalogOutputInputs::default() };
+    let out = AnalogOutput::default().execute(&settings, 0, inputs, FORCE);
+    assert_eq!((out.position, out.raw), (4.0, 0.0), "a forced value outside the range is held at its end");
+    assert!(out.status.forced_differs && !out.status.limited);
 }

@@ -13,7 +13,7 @@ struct Commands {
 
 fn inputs(words: &str) -> OnOffInputs {
     from_words!(words, OnOffInputs::default();
-        "auto_on" => auto.auto_on, "auto_off" => auto.auto_off, "auto_request" => auto.auto_mode_request,
+        "first" => first, "auto_on" => auto.auto_on, "auto_off" => auto.auto_off, "auto_request" => auto.auto_mode_request,
         "inhibit_manual" => auto.inhibit_manual, "inhibit_forced" => auto.inhibit_forced,
         "local" => local, "local_on" => local_on, "local_off" => local_off,
         "feedback_on" => feedback_on, "feedback_off" => feedback_off,
@@ -199,6 +199,43 @@ fn full_stop_until_the_restart_is_allowed() {
 }
 
 #[test]
+fn full_stop_at_start() {
+    let with = |rule| OnOffSettings { full_stop_at_start: true, ..with(rule) };
+    let stands = "!output interlocked full_stop unacknowledged";
+    run(with(RestartRule::Acknowledge), &[
+        ("the actuator does not start by itself", 0, "first auto_on", "", stands),
+        ("the actuator does not start by itself", 10, "auto_on", "restart", "!output full_stop !restart_needed"),
+        ("in manual mode neither, and an order given meanwhile is not kept", 10, "", "manual on", "!output !manual_order"),
+        ("acknowledged, it waits for an order", 10, "", "ack", "!output !full_stop !interlocked !unacknowledged"),
+        ("and follows it", 10, "", "on", "output"),
+    ]);
+    run(with(RestartRule::Acknowledge), &[
+        ("an acknowledgement from before it hides nothing", 0, "first auto_on", "ack restart", stands),
+        ("acknowledged, the standing order of the logic is followed", 10, "auto_on", "ack", "output !full_stop"),
+    ]);
+    run(with(RestartRule::Command), &[
+        ("the restart is needed too", 0, "first auto_on", "", "!output full_stop restart_needed unacknowledged"),
+        ("not before the acknowledgement", 10, "auto_on", "restart", "!output restart_needed"),
+        ("an acknowledgement is not enough", 10, "auto_on", "ack", "!output full_stop restart_needed !unacknowledged"),
+        ("nor is the command while a full stop is there", 10, "auto_on full", "ack restart", "!output restart_needed"),
+        ("acknowledged, gone, allowed", 10, "auto_on", "ack restart", "output !full_stop !restart_needed"),
+    ]);
+    run(with(RestartRule::CommandEarly), &[
+        ("early: the restart is needed too", 0, "first auto_on full", "ack restart", "!output restart_needed unacknowledged"),
+        ("early: allowed while a full stop is there", 10, "auto_on full", "ack restart", "!output full_stop !restart_needed"),
+        ("early: it lets go when it is gone", 10, "auto_on", "", "output !full_stop"),
+    ]);
+    run(OnOffSettings { fail_safe_on: true, ..with(RestartRule::Acknowledge) }, &[
+        ("the fail-safe position is on", 0, "first auto_off", "", "output interlocked full_stop"),
+        ("and is left after the acknowledgement", 10, "auto_off", "ack", "!output !full_stop"),
+    ]);
+    for rule in [RestartRule::Acknowledge, RestartRule::Command, RestartRule::CommandEarly] {
+        run(with(rule), &[("a restored state goes on: nothing latches but at a first execution", 0, "auto_on", "",
+            "output !full_stop !restart_needed !unacknowledged")]);
+    }
+}
+
+#[test]
 fn interlocks_win_in_every_mode() {
     for mode in ["auto_on", "manual", "forced", "local local_on"] {
         let local = mode.starts_with("local");
@@ -224,7 +261,10 @@ fn interlocks_win_in_every_mode() {
 #[test]
 fn fail_safe_on() {
     run(OnOffSettings { fail_safe_on: true, ..OnOffSettings::default() }, &[
-        ("without an order it is off", 0, "", "", "!output"),
+        ("before any order it is in its fail-safe position", 0, "first", "", "output auto_order manual_order !interlocked"),
+        ("before any order it is in its fail-safe position", 10, "", "", "output"),
+        ("the logic orders off", 10, "auto_off", "", "!output !auto_order"),
+        ("and the order stays", 10, "", "", "!output"),
         ("a stop takes it on", 10, "auto_off temporary", "", "output interlocked"),
         ("and off again", 10, "auto_off", "", "!output"),
         ("a full stop takes it on", 10, "full", "", "output interlocked auto_order"),

@@ -36,7 +36,7 @@ fn run(settings: PcoSettings, rows: &[Row<'_>]) {
     for &(rule, given, auto_option_mode, command, option_mode, expected) in rows {
         let inputs = PcoInputs { auto_option_mode, ..PcoInputs::default() };
         let inputs = from_words!(given, inputs;
-            "auto_on" => auto.auto_on, "auto_off" => auto.auto_off, "auto_request" => auto.auto_mode_request,
+            "first" => first, "auto_on" => auto.auto_on, "auto_off" => auto.auto_off, "auto_request" => auto.auto_mode_request,
             "inhibit_forced" => auto.inhibit_forced, "dependents" => auto_dependents,
             "start" => interlocks.start, "temporary" => interlocks.temporary, "full" => interlocks.full,
             "io_error" => io_error, "simulated" => simulated);
@@ -80,6 +80,31 @@ fn interlocks() {
         ("if so set, the restart must be allowed", "auto_on", 0, "ack", 1, "!run restart_needed"),
         ("if so set, the restart must be allowed", "auto_on", 0, "restart", 1, "run !restart_needed"),
     ]);
+}
+
+#[test]
+fn full_stop_at_start() {
+    let with = |full_stop_restart| PcoSettings { full_stop_restart, full_stop_at_start: true, ..PcoSettings::default() };
+    run(with(RestartRule::Acknowledge), &[
+        ("the unit does not start by itself", "first auto_on", 0, "ack", 1, "!run interlocked full_stop unacknowledged"),
+        ("the unit does not start by itself", "auto_on", 0, "restart", 1, "!run full_stop !restart_needed"),
+        ("in forced mode neither", "", 0, "forced on", 1, "!run full_stop"),
+        ("acknowledged, an order is followed", "", 0, "ack on", 1, "run !full_stop !unacknowledged"),
+    ]);
+    run(with(RestartRule::Command), &[
+        ("the restart is needed too", "first auto_on", 0, "", 1, "!run full_stop restart_needed unacknowledged"),
+        ("an acknowledgement is not enough", "auto_on", 0, "ack", 1, "!run restart_needed !unacknowledged"),
+        ("acknowledged and allowed", "auto_on", 0, "restart", 1, "run !full_stop"),
+    ]);
+    run(with(RestartRule::CommandEarly), &[
+        ("early: also while a full stop is there", "first auto_on full", 0, "", 1, "!run restart_needed"),
+        ("early: also while a full stop is there", "auto_on full", 0, "ack restart", 1, "!run full_stop !restart_needed"),
+        ("early: also while a full stop is there", "auto_on", 0, "", 1, "run !full_stop"),
+    ]);
+    for rule in [RestartRule::Acknowledge, RestartRule::Command, RestartRule::CommandEarly] {
+        run(with(rule), &[("a restored state goes on: nothing latches but at a first execution", "auto_on", 0, "", 1,
+            "run !full_stop !restart_needed !unacknowledged")]);
+    }
 }
 
 #[test]

@@ -82,13 +82,20 @@ fn interlock_commands() -> impl Strategy<Value = InterlockCommands> {
 }
 
 fn on_off_settings() -> impl Strategy<Value = OnOffSettings> {
-    (any::<[bool; 3]>(), 0..300u64, rule()).prop_map(
-        |([fail_safe_on, has_feedback_on, has_feedback_off], feedback_timeout, full_stop_restart)| OnOffSettings {
-            fail_safe_on,
-            has_feedback_on,
-            has_feedback_off,
+    (any::<[bool; 4]>(), 0..300u64, rule()).prop_map(
+        |(
+            [fail_safe_on, has_feedback_on, has_feedback_off, full_stop_at_start],
             feedback_timeout,
             full_stop_restart,
+        )| {
+            OnOffSettings {
+                fail_safe_on,
+                has_feedback_on,
+                has_feedback_off,
+                feedback_timeout,
+                full_stop_restart,
+                full_stop_at_start,
+            }
         },
     )
 }
@@ -96,7 +103,18 @@ fn on_off_settings() -> impl Strategy<Value = OnOffSettings> {
 fn on_off_inputs() -> impl Strategy<Value = OnOffInputs> {
     (modes(), (rare(), any::<bool>(), rare()), any::<[bool; 4]>(), interlocks()).prop_map(
         |(auto, (local, local_on, local_off), [feedback_on, feedback_off, io_error, simulated], interlocks)| {
-            OnOffInputs { auto, local, local_on, local_off, feedback_on, feedback_off, interlocks, io_error, simulated }
+            OnOffInputs {
+                first: false,
+                auto,
+                local,
+                local_on,
+                local_off,
+                feedback_on,
+                feedback_off,
+                interlocks,
+                io_error,
+                simulated,
+            }
         },
     )
 }
@@ -260,7 +278,8 @@ proptest! {
     ) {
         let (mut actuator, mut before) = (OnOff::default(), OnOffOutputs::default());
         let (mut last, mut position_alarm) = (InterlockInputs::default(), false);
-        for (elapsed, inputs, orders, commands) in rows {
+        for (index, (elapsed, inputs, orders, commands)) in rows.into_iter().enumerate() {
+            let inputs = OnOffInputs { first: index == 0, ..inputs };
             let (was_started, was_latched) = (actuator.started, actuator.interlocks.latched);
             let out = actuator.execute(&settings, elapsed, inputs, orders, commands);
             let (status, now) = (out.status, inputs.interlocks);
@@ -271,7 +290,9 @@ proptest! {
             if now.start && !was_started {
                 prop_assert_eq!(out.output, settings.fail_safe_on, "no start");
             }
-            let came = rising(now.full, &mut last.full) | rising(now.temporary, &mut last.temporary)
+            let stopped_at_start = index == 0 && settings.full_stop_at_start;
+            prop_assert!(!stopped_at_start || status.full_stop);
+            let came = stopped_at_start | rising(now.full, &mut last.full) | rising(now.temporary, &mut last.temporary)
                 | rising(now.start, &mut last.start) | rising(status.position_alarm, &mut position_alarm);
             (last, position_alarm) = (now, status.position_alarm);
             prop_assert!(!came || status.unacknowledged, "an acknowledgement hides nothing new");
@@ -285,6 +306,22 @@ proptest! {
             prop_assert_eq!(modes.into_iter().filter(|m| *m).count(), 1, "one mode");
             prop_assert!(!(status.moving && status.position_alarm));
             before = out;
+        }
+    }
+
+    /// Whatever comes first, and whatever the rule asks for besides.
+    #[test]
+    fn on_off_with_a_full_stop_at_start_leaves_its_fail_safe_position_only_after_an_acknowledgement(
+        settings in on_off_settings(),
+        rows in scans((time(), on_off_inputs(), orders(), interlock_commands())),
+    ) {
+        let settings = OnOffSettings { full_stop_at_start: true, ..settings };
+        let (mut actuator, mut acknowledged) = (OnOff::default(), false);
+        for (index, (elapsed, inputs, orders, commands)) in rows.into_iter().enumerate() {
+            acknowledged |= index > 0 && commands.acknowledge;
+            let inputs = OnOffInputs { first: index == 0, ..inputs };
+            let out = actuator.execute(&settings, elapsed, inputs, orders, commands);
+            prop_assert!(acknowledged || out.output == settings.fail_safe_on);
         }
     }
 
@@ -318,7 +355,8 @@ proptest! {
         let feedback = Supervision { order: j, differs: k, elapsed };
         let mut actuator = OnOff { orders, interlocks, started: l, feedback, position_alarm: a };
         let mut unit = Pco { orders, interlocks, run: j, option_mode, refused: k, auto_dependents: l };
-        let unit_settings = PcoSettings { start_mode, full_stop_restart: settings.full_stop_restart, ..PcoSettings::default() };
+        let OnOffSettings { full_stop_restart, full_stop_at_start, .. } = settings;
+        let unit_settings = PcoSettings { start_mode, full_stop_restart, full_stop_at_start, ..PcoSettings::default() };
         for (elapsed, inputs, orders, commands, option) in rows {
             let out = actuator.execute(&settings, elapsed, inputs, orders, commands);
             prop_assert!(!out.status.full_stop || out.output == settings.fail_safe_on);
@@ -332,13 +370,14 @@ proptest! {
 
     #[test]
     fn pco_keeps_to_its_table_and_stops(
-        allowed in any::<[u8; 8]>(), start_mode in 1..=8u8, full_stop_restart in rule(),
+        allowed in any::<[u8; 8]>(), start_mode in 1..=8u8, full_stop_restart in rule(), full_stop_at_start in any::<bool>(),
         rows in scans((modes(), interlocks(), orders(), interlock_commands(), 0..=12u8, any::<u8>(), rare())),
     ) {
-        let settings = PcoSettings { allowed, start_mode, full_stop_restart };
-        let (mut unit, mut mode) = (Pco::default(), start_mode);
+        let settings = PcoSettings { allowed, start_mode, full_stop_restart, full_stop_at_start };
+        let (mut unit, mut mode, mut first) = (Pco::default(), start_mode, true);
         for (auto, interlocks, orders, acknowledge, auto_option_mode, option_modes, auto_dependents) in rows {
-            let inputs = PcoInputs { auto, auto_option_mode, auto_dependents, interlocks, ..PcoInputs::default() };
+            let inputs = PcoInputs { first, auto, auto_option_mode, auto_dependents, interlocks, ..PcoInputs::default() };
+            first = false;
             let commands = PcoCommands { orders, interlocks: acknowledge, option_modes, dependents_auto: false };
             let out = unit.execute(&settings, inputs, commands);
             let table = allowed[usize::from(mode) - 1] & out.mode != 0;

@@ -33,11 +33,11 @@ fn analog_output() {
         { raw_low = 40_000.0 } => "raw-high 32767 must be above raw-low 40000"
         { high = 0.0 } => "high 0 must be different from low 0"
         { rate_limit = -0.5 } => "rate-limit -0.5 must be a finite number, 0 or more"
-        { start = -1.0 } => "start -1 must be at least low 0"
         { start = f64::NAN } => "start NaN must be a finite number"
-        { forced_value = 100.5 } => "forced-value 100.5 must be at most high 100"
-        { low = 50.0, high = 10.0, start = 20.0, forced_value = 60.0 } => "forced-value 60 must be at most low 50"
+        { forced_value = f64::INFINITY } => "forced-value inf must be a finite number"
     );
+    let current = AnalogOutputSettings { low: 4.0, high: 20.0, ..AnalogOutputSettings::default() };
+    assert_eq!(current.check(), Ok(()), "the defaults of start and forced-value do for a range that excludes 0");
 }
 
 #[test]

@@ -7,6 +7,7 @@ mod bounds;
 mod counters;
 mod digital_veracity;
 mod flip_flops;
+mod gate;
 mod multivibrator;
 mod properties;
 mod refusals;

@@ -1,7 +1,7 @@
 //! Every refusal of settings: what the user reads. The defaults are accepted.
 
 use latchwork_logic::{
-    AlarmUnitSettings, AnalogSettings, BoundsSettings, MultivibratorSettings, Refusal, Scale, TankSettings,
+    AlarmUnitSettings, AnalogSettings, BoundsSettings, Gate, MultivibratorSettings, Refusal, Scale, TankSettings,
 };
 
 fn text(result: Result<(), Refusal>) -> String {
@@ -41,6 +41,14 @@ fn analog_veracity_step_and_average() {
         { average = 17 } => "average 17 must be 1 to 16 samples"
     );
     assert_eq!(AnalogSettings { average: 16, ..AnalogSettings::default() }.check(), Ok(()));
+}
+
+#[test]
+fn gate_without_inputs_or_with_more_than_there_are() {
+    refused!(Gate:
+        { inputs = 0 } => "inputs 0 must be 1 to 8"
+        { inputs = 9 } => "inputs 9 must be 1 to 8"
+    );
 }
 
 #[test]
