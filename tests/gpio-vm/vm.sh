@@ -15,7 +15,7 @@ cache=$1 files=$(realpath "$2"); shift 2
 mkdir -p "$cache"; cache=$(realpath "$cache")
 
 cannot() { echo "no GPIO virtual machine here: $*" >&2; exit 77; }
-for tool in qemu-system-x86_64 cpio gzip make gcc apt-get apt-cache dpkg-deb xz; do
+for tool in qemu-system-x86_64 cpio gzip make gcc flock apt-get apt-cache dpkg-deb xz; do
     command -v "$tool" >/dev/null || cannot "$tool is missing (apt install qemu-system-x86 cpio kmod make gcc libelf-dev xz-utils)"
 done
 [ -x /bin/busybox ] && ! ldd /bin/busybox >/dev/null 2>&1 || cannot "a static busybox is missing (apt install busybox-static)"
@@ -26,6 +26,8 @@ series=$(echo "$kernel" | cut -d. -f1,2)
 [ -d "/usr/src/linux-headers-$kernel" ] || cannot "the kernel's headers are missing (apt install linux-headers-$kernel)"
 
 made=$cache/$kernel-$version
+# Two machines may start at the same time; one of them builds.
+exec 9> "$cache/lock"; flock 9
 if [ ! -e "$made/done" ]; then
     echo "building the GPIO simulator for kernel $kernel $version" >&2
     rm -rf "$made"; mkdir -p "$made/m"; cd "$made"
@@ -46,6 +48,7 @@ if [ ! -e "$made/done" ]; then
     rm -f ./*.deb
     touch done
 fi
+exec 9>&-
 
 root=$(mktemp -d); trap 'rm -rf "$root"' EXIT
 mkdir -p "$root"/{bin,mod,dev,proc,sys,tmp,etc}

@@ -67,23 +67,26 @@ impl Machine {
     }
 }
 
-/// Does a step, or says in one line that its tools are missing; with `LATCHWORK_SKIP=never` that is an error.
-pub(crate) fn unless_missing(tools: &[(&str, &str)], step: impl FnOnce() -> Result<()>) -> Result<()> {
+/// Does a step, or says in one line that its tools are missing; with `LATCHWORK_SKIP=never` that is an error. True when it was
+/// done.
+pub(crate) fn unless_missing(tools: &[(&str, &str)], step: impl FnOnce() -> Result<()>) -> Result<bool> {
     let missing = tools.iter().find(|(tool, _)| Command::new(tool).arg("--version").output().is_err());
     match missing {
-        None => step(),
+        None => step().map(|()| true),
         Some((tool, package)) if std::env::var_os("LATCHWORK_SKIP").is_some_and(|s| s == "never") => {
             bail!("{tool} is missing; `apt install {package}` brings it")
         }
         Some((tool, package)) => {
             eprintln!("SKIPPED: {tool} is missing; `apt install {package}` brings it");
-            Ok(())
+            Ok(false)
         }
     }
 }
 
 /// What the static programs need.
 pub(crate) const STATIC_TOOLS: &[(&str, &str)] = &[("musl-gcc", "musl-tools")];
+/// What judges the systemd unit.
+pub(crate) const UNIT_TOOLS: &[(&str, &str)] = &[("systemd-analyze", "systemd")];
 /// What the emulated Raspberry Pi needs.
 pub(crate) const AARCH64_TOOLS: &[(&str, &str)] =
     &[(AARCH64_CC, "gcc-aarch64-linux-gnu libc6-dev-arm64-cross"), (QEMU, "qemu-user-static")];

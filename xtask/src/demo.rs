@@ -50,8 +50,9 @@ pub(crate) fn execute(args: &Demo) -> Result<()> {
     let plant = plant(&target, &address)?;
     let mut latchwork = Command::new(target.join("release/latchwork"));
     latchwork.arg("run").arg(&plant).args(["--for", &args.duration]).args(&args.run);
-    // Ctrl-C is for the plant, which stops in order; this program waits for it.
-    for signal in [signal_hook::consts::SIGINT, signal_hook::consts::SIGTERM] {
+    // Ctrl-C and its like are for the plant, which stops in order; this program waits for it.
+    use signal_hook::consts::{SIGHUP, SIGINT, SIGQUIT, SIGTERM};
+    for signal in [SIGINT, SIGTERM, SIGHUP, SIGQUIT] {
         signal_hook::flag::register(signal, Arc::default()).context("the handler of Ctrl-C could not be set")?;
     }
     let status = latchwork.status().context("latchwork could not be started")?;

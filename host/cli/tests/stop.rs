@@ -108,8 +108,8 @@ fn signal(process: &Process, name: &str) {
 }
 
 #[test]
-fn ctrl_c_and_sigterm_leave_the_outputs_safe() {
-    for name in ["INT", "TERM"] {
+fn signals_stop_in_order_and_leave_the_outputs_safe() {
+    for name in ["INT", "TERM", "HUP", "QUIT"] {
         let (_device, address, lines) = device();
         let folder = plant(&address, 0);
         let mut process = latchwork(folder.path());
@@ -130,4 +130,36 @@ fn a_fault_that_stops_the_lane_leaves_the_outputs_safe() {
     wait_for(&lines, "lamp off");
     let status = process.0.wait().expect("it ends");
     assert_eq!(status.code(), Some(3));
+}
+
+#[test]
+fn a_plant_started_with_nohup_survives_the_end_of_its_terminal() {
+    let (_device, address, lines) = device();
+    let folder = plant(&address, 0);
+    let mut command = Command::new("nohup");
+    command.arg(env!("CARGO_BIN_EXE_latchwork")).args(["run", "plant.toml", "--for", "2m", "--quiet"]);
+    command.current_dir(folder.path()).env("LATCHWORK_CACHE", target().join("test-cache"));
+    let started = command.stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::null()).spawn();
+    let mut process = Process(started.expect("nohup starts it"));
+    wait_for(&lines, "lamp on");
+    signal(&process, "HUP");
+    std::thread::sleep(Duration::from_millis(300));
+    assert_eq!(process.0.try_wait().expect("its state"), None, "it has ended");
+    signal(&process, "TERM");
+    assert_eq!(process.0.wait().expect("it ends").code(), Some(0));
+    wait_for(&lines, "lamp off");
+}
+
+#[test]
+fn a_fault_is_told_by_the_exit_code_although_a_file_is_incomplete() {
+    let (_device, address, _lines) = device();
+    let folder = plant(&address, 3);
+    let mut command = Command::new(env!("CARGO_BIN_EXE_latchwork"));
+    command.current_dir(folder.path()).env("LATCHWORK_CACHE", target().join("test-cache"));
+    // A disk that is full.
+    command.args(["run", "plant.toml", "--for", "2m", "--quiet", "--records", "/dev/full"]);
+    let output = command.output().expect("it starts");
+    let told = String::from_utf8_lossy(&output.stderr);
+    assert!(told.contains("/dev/full is incomplete"), "{told}");
+    assert_eq!(output.status.code(), Some(3), "{told}");
 }

@@ -40,8 +40,8 @@ pub type Report<'a> = &'a mut dyn FnMut(IoEvent);
 /// `Drop`. Nothing here may block, and nothing but [`Self::open`] and the reporting of a failure may allocate.
 pub trait Direct: Send {
     /// Opens what is not open: called at start, then about once a second while [`Self::healthy`] is false. While tries fail
-    /// in the same way it may leave out calls. Outputs begin with their safe values. Reports what it could not open when that begins or its reason changes, not at every try, and what
-    /// has come back.
+    /// in the same way it may leave out calls. Outputs begin with their safe values. Reports what it could not open when
+    /// that begins or its reason changes, not at every try, and what has come back.
     fn open(&mut self, report: Report<'_>);
 
     /// Called about once a second while nothing else happens: closes and reports what is gone, such as a chip of outputs alone

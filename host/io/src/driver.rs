@@ -105,7 +105,9 @@ pub struct DriverContext {
 pub enum Demand {
     /// The lane behind it runs: this value.
     Live(u64),
-    /// The lane behind it has not begun, has stopped or has faulted: the safe value.
+    /// The lane behind it has not executed yet: the safe value, or what the point is to show at first.
+    First,
+    /// The lane behind it has stopped or has faulted: the safe value.
     Safe,
 }
 
@@ -118,6 +120,8 @@ pub struct Outputs {
 impl Outputs {
     /// State of a lane, in the first cell of its region, that makes its outputs live.
     pub const RUNNING: u64 = 1;
+    /// State of a lane that has not executed yet.
+    pub const STARTING: u64 = 0;
 
     /// Over a view with two entries per output point: value and state of the lane behind it.
     pub fn new(view: View) -> Self {
@@ -141,7 +145,11 @@ impl Outputs {
 
     /// What output point `n` (counted over the output points alone) is to show.
     pub fn demand(&self, n: usize) -> Demand {
-        if self.view.cell(2 * n + 1) == Self::RUNNING { Demand::Live(self.view.cell(2 * n)) } else { Demand::Safe }
+        match self.view.cell(2 * n + 1) {
+            Self::RUNNING => Demand::Live(self.view.cell(2 * n)),
+            Self::STARTING => Demand::First,
+            _ => Demand::Safe,
+        }
     }
 }
 
@@ -149,6 +157,11 @@ impl Outputs {
 ///
 /// However it ends (a stop, a panic, a cancelled run), its inputs must be bad afterwards: publish that in a `Drop`.
 pub trait Driver: Send {
+    /// True when its calls of the system may block for longer than a moment: it gets a thread of its own.
+    fn blocks(&self) -> bool {
+        false
+    }
+
     /// Runs until `context.stop` turns true; then writes the safe values within a bounded time and returns.
     fn run(self: Box<Self>, context: DriverContext) -> Pin<Box<dyn Future<Output = ()> + Send>>;
 }

@@ -11,8 +11,11 @@
 //! ```
 #![forbid(unsafe_code)]
 
+mod backoff;
+mod cycle;
 pub mod direct;
 pub mod driver;
+mod edges;
 pub mod gpio;
 pub mod kinds;
 mod modbus;

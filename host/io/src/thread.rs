@@ -1,14 +1,15 @@
-//! The I/O thread: one OS thread, one runtime, all drivers.
+//! The I/O threads: no lane ever waits for a device.
 //!
-//! Drivers wait most of their time, so one thread serves many of them and no lane ever waits for a device. A driver
-//! that panics ends alone: its inputs turn bad because it publishes that when it is dropped, and a record says so.
+//! Drivers wait most of their time, so one OS thread with one runtime serves many of them; a driver whose system calls may
+//! block has a thread of its own, so that a bus that hangs holds up no other driver. A driver that panics ends alone: its
+//! inputs turn bad because it publishes that when it is dropped, and a record says so.
 
 use crate::driver::{Driver, DriverContext, IoEvent};
 use std::any::Any;
 use std::sync::mpsc::{self, Receiver, RecvTimeoutError};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::thread::JoinHandle;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 use tokio::sync::watch;
 use tokio::task::JoinSet;
 
@@ -21,10 +22,12 @@ const GONE: u8 = 230;
 
 type Report = Arc<Mutex<Box<dyn FnMut(IoEvent) + Send>>>;
 
-/// The thread that runs all drivers. Dropping it stops them.
+/// The threads that run all drivers. Dropping it stops them.
 pub struct IoThread {
-    running: Option<Running>,
+    running: Vec<Running>,
 }
+
+type Made = (Box<dyn Driver>, DriverContext);
 
 struct Running {
     stop: watch::Sender<bool>,
@@ -39,15 +42,43 @@ impl IoThread {
     /// started. When the machine grants no thread or no runtime, each driver reports that it does not run.
     pub fn start<M>(makers: Vec<M>) -> Self
     where
-        M: FnOnce(watch::Receiver<bool>) -> (Box<dyn Driver>, DriverContext) + Send,
+        M: FnOnce(watch::Receiver<bool>) -> Made + Send,
     {
-        if makers.is_empty() {
-            return Self { running: None };
-        }
         let (stop, stopped) = watch::channel(false);
+        let made = makers.into_iter().map(|make| make(stopped.clone()));
+        let (blocking, waiting): (Vec<Made>, Vec<Made>) = made.partition(|(driver, _)| driver.blocks());
+        let threads = [waiting].into_iter().chain(blocking.into_iter().map(|one| vec![one]));
+        let running = threads.filter(|t| !t.is_empty()).filter_map(|t| Running::start(t, stop.clone()));
+        Self { running: running.collect() }
+    }
+
+    /// Tells the drivers to write their safe values and to end, and waits for that at most `limit` (and a moment more to
+    /// cancel those that did not). True when every driver has ended by itself in time.
+    pub fn stop(mut self, limit: Duration) -> bool {
+        self.end(limit)
+    }
+
+    fn end(&mut self, limit: Duration) -> bool {
+        let end = Instant::now() + limit;
+        // All at once: they share the limit.
+        for running in &self.running {
+            running.stop.send_replace(true);
+        }
+        self.running.drain(..).map(|r| r.end(end)).fold(true, |all, this| all & this)
+    }
+}
+
+impl Drop for IoThread {
+    fn drop(&mut self) {
+        self.end(STOP_ON_DROP);
+    }
+}
+
+impl Running {
+    /// Starts a thread for some drivers; without one they report it.
+    fn start(drivers: Vec<Made>, stop: watch::Sender<bool>) -> Option<Self> {
         let (abort, aborted) = watch::channel(false);
         let (end, done) = mpsc::channel();
-        let drivers: Vec<_> = makers.into_iter().map(|make| make(stopped.clone())).collect();
         // The drivers follow once the thread is there, so that they can still report when it is not.
         let (hand_over, taken) = mpsc::channel();
         let body = move || {
@@ -59,35 +90,19 @@ impl IoThread {
         match std::thread::Builder::new().name("io".into()).spawn(body) {
             Ok(thread) => {
                 let _ = hand_over.send(drivers);
-                Self { running: Some(Running { stop, abort, done, thread }) }
+                Some(Self { stop, abort, done, thread })
             }
             Err(error) => {
                 refuse(drivers, &format!("the machine granted no I/O thread: {error}"));
-                Self { running: None }
+                None
             }
         }
     }
 
-    /// Tells the drivers to write their safe values and to end, and waits for that at most `limit` (and a moment more to
-    /// cancel those that did not). True when every driver has ended by itself in time.
-    pub fn stop(mut self, limit: Duration) -> bool {
-        self.running.take().is_none_or(|r| r.stop(limit))
-    }
-}
-
-impl Drop for IoThread {
-    fn drop(&mut self) {
-        if let Some(running) = self.running.take() {
-            running.stop(STOP_ON_DROP);
-        }
-    }
-}
-
-impl Running {
-    fn stop(self, limit: Duration) -> bool {
-        self.stop.send_replace(true);
+    /// Waits for the end of drivers that were told to stop.
+    fn end(self, end: Instant) -> bool {
         let ended = |wait| self.done.recv_timeout(wait) == Err(RecvTimeoutError::Disconnected);
-        if ended(limit) {
+        if ended(end.saturating_duration_since(Instant::now())) {
             return self.thread.join().is_ok();
         }
         self.abort.send_replace(true);
@@ -99,7 +114,7 @@ impl Running {
     }
 }
 
-fn run(drivers: Vec<(Box<dyn Driver>, DriverContext)>, mut aborted: watch::Receiver<bool>) {
+fn run(drivers: Vec<Made>, mut aborted: watch::Receiver<bool>) {
     let runtime = match tokio::runtime::Builder::new_current_thread().enable_all().build() {
         Ok(runtime) => runtime,
         Err(error) => return refuse(drivers, &format!("the machine granted no I/O runtime: {error}")),
@@ -141,7 +156,7 @@ fn say(report: &Report, event: IoEvent) {
     (report.lock().unwrap_or_else(PoisonError::into_inner))(event);
 }
 
-fn refuse(drivers: Vec<(Box<dyn Driver>, DriverContext)>, why: &str) {
+fn refuse(drivers: Vec<Made>, why: &str) {
     for (_, mut context) in drivers {
         let text = format!("the driver does not run: {why}");
         (context.report)(IoEvent { source: String::new(), transition: "ended", priority: GONE, text });

@@ -19,6 +19,8 @@ enum Way {
     Panics,
     Leaves,
     Hangs,
+    /// Its system call does not come back for this long.
+    Blocks(Duration),
 }
 
 struct Odd {
@@ -27,6 +29,10 @@ struct Odd {
 }
 
 impl Driver for Odd {
+    fn blocks(&self) -> bool {
+        matches!(self.way, Way::Blocks(_))
+    }
+
     fn run(self: Box<Self>, mut context: DriverContext) -> Pin<Box<dyn Future<Output = ()> + Send>> {
         Box::pin(async move {
             context.inputs.publish(&[42, Quality::Good.cell()], 0);
@@ -38,6 +44,7 @@ impl Driver for Odd {
                 Way::Panics => panic!("the {} of all is lost", "sense"),
                 Way::Leaves => {}
                 Way::Hangs => std::future::pending().await,
+                Way::Blocks(time) => std::thread::sleep(time),
             }
         })
     }
@@ -100,4 +107,15 @@ fn dropping_the_thread_stops_the_drivers() {
 #[test]
 fn without_drivers_there_is_nothing_to_stop() {
     assert!(IoThread::start(Vec::<Maker>::new()).stop(Duration::ZERO));
+}
+
+#[test]
+fn a_driver_that_blocks_its_thread_holds_up_no_other() {
+    const BLOCKED: Duration = Duration::from_secs(5);
+    let begin = Instant::now();
+    // Two that block, and one that is served beside them.
+    let (thread, stopped, _events) = start(&[Way::Blocks(BLOCKED), Way::Obeys, Way::Blocks(BLOCKED)]);
+    assert!(!thread.stop(Duration::from_millis(500)), "two do not end in time");
+    assert_eq!(stopped.try_recv(), Ok("stopped"));
+    assert!(begin.elapsed() < BLOCKED, "the stop has waited for them");
 }

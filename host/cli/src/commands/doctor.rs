@@ -3,10 +3,11 @@
 use super::load;
 use crate::Exit;
 use crate::args::Doctor;
-use crate::doctor::{Cache, LaneKind, LaneNeeds, Machine, Needs, Status, examine, json, text};
+use crate::doctor::{Cache, LaneKind, LaneNeeds, LineName, LineNeeds, Machine, Needs, Status, examine, json, text};
 use crate::report;
 use anyhow::Result;
 use latchwork_block::Engine;
+use latchwork_io::driver::DriverConfig;
 use latchwork_plant::model::{Lane, Model};
 
 pub(super) fn execute(engine: impl Fn() -> Result<Engine>, args: &Doctor, cache: Cache) -> Result<Exit> {
@@ -41,9 +42,24 @@ fn needs(model: &Model) -> Needs {
         lanes: model.lanes.iter().map(lane).collect(),
         gpio: of_kind("gpio").map(|d| (d.name.clone(), d.values.text("chip").map(String::from))).collect(),
         rppal: of_kind("rppal").map(|d| d.name.clone()).collect(),
+        lines: ["gpio", "rppal"].into_iter().flat_map(of_kind).flat_map(lines).collect(),
         serial: of_kind("modbus-rtu").filter_map(|d| d.values.text("device")).map(Into::into).collect(),
         watchdog: model.watchdog.as_ref().map(|(path, _)| path.clone()),
     }
+}
+
+/// The lines of a driver's points. PWM channels are none.
+fn lines(driver: &DriverConfig) -> impl Iterator<Item = LineNeeds> {
+    driver.points.iter().filter_map(|point| {
+        let number = point.values.integer("line").or_else(|| point.values.integer("pin"));
+        let line = match (number, point.values.text("line")) {
+            (Some(number), _) => LineName::Number(u32::try_from(number).ok()?),
+            (None, Some(name)) => LineName::Name(name.into()),
+            (None, None) => return None,
+        };
+        let chip = driver.values.text("chip").map(String::from);
+        Some(LineNeeds { point: format!("{}.{}", driver.name, point.name), chip, line })
+    })
 }
 
 fn lane(lane: &Lane) -> LaneNeeds {

@@ -43,7 +43,7 @@ pub(super) fn execute(engine: &Engine, args: &Run) -> Result<Exit> {
     }
     // A handler from the beginning on: a Ctrl-C while components are compiled stops as soon as the plant runs.
     let stop = Arc::new(AtomicBool::new(false));
-    for signal in [signal_hook::consts::SIGINT, signal_hook::consts::SIGTERM] {
+    for signal in signals() {
         signal_hook::flag::register(signal, Arc::clone(&stop)).context("the handler of Ctrl-C could not be set")?;
     }
     let trace = args.trace.as_ref().map(|_| args.trace_tags.as_str());
@@ -66,10 +66,25 @@ pub(super) fn execute(engine: &Engine, args: &Run) -> Result<Exit> {
     } else {
         report::say(&summary::text(&name, &outcome, &written));
     }
-    if let Some(error) = written.error {
-        bail!("{error}");
+    // A fault of the plant says more than a file that is incomplete: scripts and systemd go by it.
+    match written.error {
+        Some(error) if !outcome.faulted() => bail!("{error}"),
+        Some(error) => report::error(&anyhow::anyhow!("{error}")),
+        None => {}
     }
     Ok(if outcome.faulted() { Exit::Faulted } else { Exit::Fine })
+}
+
+/// Signals that stop a plant in order: Ctrl-C, what systemd sends, Ctrl-\, and the end of the terminal or the network
+/// connection it was started from, unless that was to be survived (`nohup`).
+fn signals() -> impl Iterator<Item = i32> {
+    use signal_hook::consts::{SIGHUP, SIGINT, SIGQUIT, SIGTERM};
+    let ignored = std::fs::read_to_string("/proc/self/status").ok().and_then(|status| {
+        let mask = status.lines().find_map(|l| l.strip_prefix("SigIgn:"))?;
+        u64::from_str_radix(mask.trim(), 16).ok()
+    });
+    let survive = ignored.is_some_and(|mask| mask >> (SIGHUP - 1) & 1 == 1);
+    [SIGINT, SIGTERM, SIGQUIT].into_iter().chain((!survive).then_some(SIGHUP))
 }
 
 /// "driver `field` is modbus-tcp, …", or `None`.

@@ -11,23 +11,25 @@ use std::path::{Path, PathBuf};
 pub(super) fn chips(machine: &Machine, needs: Option<&Needs>) -> Vec<Finding> {
     const CHECK: &str = "gpio-chips";
     const WHY: &str = "Drivers of kind gpio and rppal ask the kernel for lines and edges through these devices.";
-    let there: Vec<(&PathBuf, &Node)> =
-        machine.nodes.iter().filter(|(p, _)| p.to_string_lossy().starts_with("/dev/gpiochip")).collect();
+    // A chip has one line here, whatever links lead to it.
+    let is_chip =
+        |path: &PathBuf, node: &Node| *path == node.real && path.to_string_lossy().starts_with("/dev/gpiochip");
+    let there: Vec<(&PathBuf, &Node)> = machine.nodes.iter().filter(|(p, node)| is_chip(p, node)).collect();
     let needed = needs.is_some_and(|n| !n.gpio.is_empty() || !n.rppal.is_empty());
     let mut findings = Vec::new();
-    let named =
-        needs.into_iter().flat_map(|n| &n.gpio).filter_map(|(driver, chip)| Some((driver, device(chip.as_ref()?)?)));
-    for (driver, path) in named {
-        if !machine.nodes.contains_key(&path) {
-            let found = format!("{}, which driver {driver} names, is not there", path.display());
-            findings.push(Finding::wanting(
-                Status::Bad,
-                CHECK,
-                WHY,
-                found,
-                vec!["latchwork gpio  # lists what is there".into()],
-            ));
-        }
+    for (driver, chip) in needs.into_iter().flat_map(|n| &n.gpio) {
+        let found = match chip.as_deref().map(|chip| (chip, device(machine, chip))) {
+            Some((chip, Device::Absent)) if chip.contains('/') || !there.is_empty() => {
+                let here = if machine.chips.is_empty() { String::new() } else { format!("; {}", here(machine)) };
+                format!("{chip}, which driver {driver} names, is not there{here}")
+            }
+            Some((chip, Device::Several(paths))) => {
+                format!("{} have the label {chip}, which driver {driver} names: name a path", join(&paths))
+            }
+            _ => continue,
+        };
+        let mend = vec!["latchwork gpio  # lists what is there".into()];
+        findings.push(Finding::wanting(Status::Bad, CHECK, WHY, found, mend));
     }
     if there.is_empty() && findings.is_empty() {
         let found = "no /dev/gpiochip*";
@@ -47,8 +49,8 @@ pub(super) fn chips(machine: &Machine, needs: Option<&Needs>) -> Vec<Finding> {
         join(&nodes.iter().map(|(path, _)| path.display().to_string()).collect::<Vec<_>>())
     };
     if let Some((path, node)) = closed.first() {
-        let status =
-            Status::bad_if(lacks(needs, &closed.iter().map(|(p, _)| *p).collect::<Vec<_>>(), !open.is_empty()));
+        let nodes: Vec<&Node> = closed.iter().map(|(_, node)| *node).collect();
+        let status = Status::bad_if(lacks(machine, needs, &nodes, !open.is_empty()));
         let found = format!("{} {}", names(&closed), rights(node));
         findings.push(Finding::wanting(status, CHECK, WHY, found, allow(machine, path, node, "gpio")));
     } else if !open.is_empty() && findings.is_empty() {
@@ -57,21 +59,62 @@ pub(super) fn chips(machine: &Machine, needs: Option<&Needs>) -> Vec<Finding> {
     findings
 }
 
-/// The device a plant file's `chip` means, if it is not a label.
-fn device(chip: &str) -> Option<PathBuf> {
-    match chip {
-        c if c.starts_with('/') => Some(PathBuf::from(c)),
-        c if c.starts_with("gpiochip") => Some(Path::new("/dev").join(c)),
-        _ => None,
+/// What a plant file's `chip` means on a machine.
+pub(super) enum Device {
+    /// This chip.
+    Chip(PathBuf),
+    /// Chips of one label.
+    Several(Vec<String>),
+    /// Nothing.
+    Absent,
+    /// It may be one of those that are closed to this user.
+    Unknown,
+}
+
+/// The device a plant file's `chip` means: a path, a name or a label, as the driver has it.
+pub(super) fn device(machine: &Machine, chip: &str) -> Device {
+    let numbered =
+        chip.strip_prefix("gpiochip").is_some_and(|n| !n.is_empty() && n.bytes().all(|b| b.is_ascii_digit()));
+    if chip.contains('/') || numbered {
+        let path = if numbered { Path::new("/dev").join(chip) } else { PathBuf::from(chip) };
+        return machine.nodes.get(&path).map_or(Device::Absent, |node| Device::Chip(node.real.clone()));
+    }
+    let labelled: Vec<&PathBuf> =
+        machine.chips.iter().filter(|c| c.label == chip || c.name == chip).map(|c| &c.path).collect();
+    let closed = |path: &PathBuf| path.to_string_lossy().starts_with("/dev/gpiochip") && !opened(machine, path);
+    match labelled[..] {
+        [one] => Device::Chip(one.clone()),
+        [] if machine.nodes.keys().any(closed) => Device::Unknown,
+        [] => Device::Absent,
+        _ => Device::Several(labelled.iter().map(|p| p.display().to_string()).collect()),
     }
 }
 
+/// A chip could be read.
+fn opened(machine: &Machine, path: &PathBuf) -> bool {
+    let real = machine.nodes.get(path).map_or(path, |node| &node.real);
+    machine.chips.iter().any(|c| c.path == *real)
+}
+
+/// The chips there are.
+fn here(machine: &Machine) -> String {
+    let chips: Vec<String> = machine.chips.iter().map(|c| format!("{} (\"{}\")", c.path.display(), c.label)).collect();
+    format!("here is {}", join(&chips))
+}
+
 /// A plant needs one of the chips that are closed to it. Where it does not say which it uses, any open one may be it.
-fn lacks(needs: Option<&Needs>, closed: &[&PathBuf], some_open: bool) -> bool {
+fn lacks(machine: &Machine, needs: Option<&Needs>, closed: &[&Node], some_open: bool) -> bool {
     let Some(needs) = needs else { return false };
-    let devices: Vec<Option<PathBuf>> = needs.gpio.iter().map(|(_, c)| c.as_deref().and_then(device)).collect();
-    let unnamed = !needs.rppal.is_empty() || devices.contains(&None);
-    (unnamed && !some_open) || devices.into_iter().flatten().any(|d| closed.contains(&&d))
+    let mut unnamed = !needs.rppal.is_empty();
+    for (_, chip) in &needs.gpio {
+        match chip.as_deref().map(|chip| device(machine, chip)) {
+            Some(Device::Chip(path)) if closed.iter().any(|node| node.real == path) => return true,
+            Some(Device::Unknown) => return true,
+            None => unnamed = true,
+            _ => {}
+        }
+    }
+    unnamed && !some_open
 }
 
 /// A Raspberry Pi's GPIO registers may be mapped.

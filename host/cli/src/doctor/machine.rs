@@ -2,6 +2,7 @@
 
 use super::needs::Needs;
 use super::numbers::cpu_list;
+use latchwork_io::gpio::ChipInfo;
 use std::collections::BTreeMap;
 use std::os::unix::fs::MetadataExt;
 use std::path::{Path, PathBuf};
@@ -27,6 +28,8 @@ pub(crate) struct Machine {
     pub(super) trial: Trial,
     /// Devices and folders that are there, with what this user may do.
     pub(super) nodes: BTreeMap<PathBuf, Node>,
+    /// GPIO chips that this user may open, with their lines and who holds them.
+    pub(super) chips: Vec<ChipInfo>,
     /// The program that would run a plant.
     pub(super) program: PathBuf,
     /// Folder for compiled components, if any is used.
@@ -54,6 +57,8 @@ pub(super) struct Node {
     pub(super) group: u32,
     /// Its permissions.
     pub(super) mode: u32,
+    /// Where it really stands, for one that is a link.
+    pub(super) real: PathBuf,
 }
 
 /// Where compiled components are kept.
@@ -87,8 +92,8 @@ impl Limit {
 }
 
 impl Machine {
-    /// This machine. Asks for real-time priority in a thread of its own for a moment; opens no device, since a watchdog starts
-    /// to count when it is opened.
+    /// This machine. Asks for real-time priority in a thread of its own for a moment. Of devices it opens GPIO chips alone, to
+    /// read their labels and lines: a watchdog starts to count when it is opened.
     pub(crate) fn this(needs: Option<&Needs>, cache: Cache) -> Self {
         let priority = needs.and_then(Needs::priority).unwrap_or(USUAL_PRIORITY);
         let mut machine = Self {
@@ -96,6 +101,7 @@ impl Machine {
             arch: std::env::consts::ARCH,
             trial: Trial { priority, refused: try_fifo(priority) },
             nodes: BTreeMap::new(),
+            chips: latchwork_io::gpio::list(None).chips,
             program: std::env::current_exe().unwrap_or_else(|_| PathBuf::from("latchwork")),
             cache,
         };
@@ -105,7 +111,10 @@ impl Machine {
         let mut paths: Vec<PathBuf> = named.map(|n| Path::new("/dev").join(n)).collect();
         if let Some(needs) = needs {
             paths.extend(needs.serial.iter().chain(&needs.watchdog).cloned());
-            paths.extend(needs.gpio.iter().filter_map(|(_, chip)| chip.as_ref()).map(PathBuf::from));
+            // A link to a chip may have any name.
+            paths.extend(
+                needs.gpio.iter().filter_map(|(_, chip)| chip.as_ref()).filter(|c| c.contains('/')).map(PathBuf::from),
+            );
         }
         if let Cache::Folder(folder) = &machine.cache {
             paths.extend(folder.ancestors().map(Path::to_path_buf));
@@ -221,6 +230,7 @@ fn look(path: &Path) -> Option<Node> {
         ours: found.uid() == rustix::process::geteuid().as_raw(),
         group: found.gid(),
         mode: found.mode() & 0o7777,
+        real: std::fs::canonicalize(path).unwrap_or_else(|_| path.to_path_buf()),
     })
 }
 

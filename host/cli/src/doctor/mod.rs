@@ -12,6 +12,7 @@ mod finding;
 mod gpio;
 mod kernel;
 mod lanes;
+mod lines;
 mod machine;
 mod memory;
 mod needs;
@@ -26,7 +27,7 @@ mod watchdog;
 
 pub(crate) use finding::{Finding, Status};
 pub(crate) use machine::{Cache, Machine};
-pub(crate) use needs::{LaneKind, LaneNeeds, Needs};
+pub(crate) use needs::{LaneKind, LaneNeeds, LineName, LineNeeds, Needs};
 pub(crate) use report::{json, text};
 
 type Check = fn(&Machine, Option<&Needs>) -> Vec<Finding>;
@@ -37,7 +38,7 @@ const GROUPS: [(&str, &[Check]); 6] = [
     ("Kernel", &[kernel::preemption, kernel::clock_source, kernel::virtual_machine]),
     ("Processors", &[cpu::governor, cpu::isolation, cpu::idle, power::supply]),
     ("Memory", &[memory::swap, memory::huge_pages, cache::folder]),
-    ("Devices", &[gpio::chips, gpio::registers, watchdog::device, serial::ports]),
+    ("Devices", &[gpio::chips, gpio::registers, lines::holders, watchdog::device, serial::ports]),
     ("Lanes", &[lanes::cpus, lanes::sharing, lanes::priorities]),
 ];
 

@@ -11,10 +11,41 @@ pub(crate) struct Needs {
     pub(crate) gpio: Vec<(String, Option<String>)>,
     /// Drivers of kind `rppal`, by name.
     pub(crate) rppal: Vec<String>,
+    /// Lines of its points, of both kinds of drivers.
+    pub(crate) lines: Vec<LineNeeds>,
     /// Serial ports.
     pub(crate) serial: Vec<PathBuf>,
     /// The watchdog device.
     pub(crate) watchdog: Option<PathBuf>,
+}
+
+/// A line that a point needs.
+#[derive(Clone, Debug)]
+pub(crate) struct LineNeeds {
+    /// The point, as `DRIVER.POINT`.
+    pub(crate) point: String,
+    /// The chip as the plant file names it; `None` for the chip of a Raspberry Pi's pins.
+    pub(crate) chip: Option<String>,
+    /// The line.
+    pub(crate) line: LineName,
+}
+
+/// How a line is named.
+#[derive(Clone, Debug)]
+pub(crate) enum LineName {
+    /// By its number on the chip.
+    Number(u32),
+    /// By its name.
+    Name(String),
+}
+
+impl std::fmt::Display for LineName {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Self::Number(number) => write!(f, "line {number}"),
+            Self::Name(name) => write!(f, "line \"{name}\""),
+        }
+    }
 }
 
 /// What a lane needs.

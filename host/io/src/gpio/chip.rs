@@ -26,32 +26,55 @@ pub(super) enum Class {
 #[derive(Clone, Debug)]
 pub(super) struct Trouble {
     pub(super) class: Class,
-    pub(super) text: String,
+    words: Words,
+}
+
+/// What a trouble's text is made of, once somebody wants to read it: a lane that only tries again must not pay for it.
+#[derive(Clone, Debug)]
+enum Words {
+    Plain(String),
+    /// And what chips there are instead.
+    Instead(String),
+    /// This may not be opened.
+    Denied(PathBuf),
 }
 
 impl Trouble {
-    fn new(class: Class, text: impl Into<String>) -> Self {
-        Self { class, text: text.into() }
+    pub(super) fn new(class: Class, text: impl Into<String>) -> Self {
+        Self { class, words: Words::Plain(text.into()) }
+    }
+
+    fn instead(class: Class, text: impl Into<String>) -> Self {
+        Self { class, words: Words::Instead(text.into()) }
+    }
+
+    /// The whole text.
+    pub(super) fn text(&self) -> String {
+        match &self.words {
+            Words::Plain(text) => text.clone(),
+            Words::Instead(text) => format!("{text}; {}", here()),
+            Words::Denied(path) => denied(path),
+        }
     }
 
     /// The trouble of a chip that is known by its path.
     pub(super) fn of(path: &Path, error: &Error) -> Self {
-        let path = path.display();
+        let shown = path.display();
         match (errno(error), error) {
             (Some(Errno::NODEV | Errno::NXIO | Errno::NOENT), _) => {
-                Self::new(Class::Absent, format!("{path} is not there; {}", here()))
+                Self::instead(Class::Absent, format!("{shown} is not there"))
             }
-            (Some(Errno::ACCESS | Errno::PERM), _) => Self::new(Class::Denied, denied(Path::new(&path.to_string()))),
+            (Some(Errno::ACCESS | Errno::PERM), _) => Self { class: Class::Denied, words: Words::Denied(path.into()) },
             (Some(Errno::NOTTY | Errno::INVAL), _) | (None, Error::GpioChip(..)) => {
-                Self::new(Class::Wrong, format!("{path} is no GPIO chip; {}", here()))
+                Self::instead(Class::Wrong, format!("{shown} is no GPIO chip"))
             }
-            (code, _) => Self::new(Class::Other(code), format!("{path} cannot be opened: {}", words(error))),
+            (code, _) => Self::new(Class::Other(code), format!("{shown} cannot be opened: {}", words(error))),
         }
     }
 }
 
 /// The number of an error of the kernel.
-pub(super) fn errno(error: &Error) -> Option<Errno> {
+pub(crate) fn errno(error: &Error) -> Option<Errno> {
     match error {
         Error::Os(code) | Error::Uapi(_, UapiError::Os(code)) => Some(Errno::from_raw_os_error(code.0)),
         _ => None,
@@ -108,7 +131,9 @@ fn by_label(label: &str) -> Result<Chip, Trouble> {
             Ok((chip, info)) if info.label == label || info.name == label => found.push(chip),
             Ok((_, info)) => labels.push(info.label),
             // It may be the one that is meant.
-            Err(error) if errno(&error) == Some(Errno::ACCESS) => closed = Some(Trouble::of(&path, &error)),
+            Err(error) if matches!(errno(&error), Some(Errno::ACCESS | Errno::PERM)) => {
+                closed = Some(Trouble::of(&path, &error));
+            }
             Err(_) => {}
         }
     }
@@ -124,7 +149,7 @@ fn by_label(label: &str) -> Result<Chip, Trouble> {
         (None, None) => {
             let near = nearest(label, labels.iter().map(String::as_str));
             let hint = near.map_or(String::new(), |n| format!(" (did you mean \"{n}\"?)"));
-            Err(Trouble::new(Class::Absent, format!("no chip has the label \"{label}\"{hint}; {}", here())))
+            Err(Trouble::instead(Class::Absent, format!("no chip has the label \"{label}\"{hint}")))
         }
     }
 }

@@ -9,6 +9,8 @@ use std::os::fd::BorrowedFd;
 /// Points of one interrupt lane. Its outputs get their safe values when it is dropped, before their lines are released.
 pub(super) struct Lane {
     port: Port,
+    /// It has written its outputs.
+    begun: bool,
 }
 
 impl Lane {
@@ -21,13 +23,17 @@ impl Lane {
             Role::Level => Use::Level,
             Role::Output => Use::Output,
         };
-        Ok(Self { port: Port::new(config, usage)? })
+        Ok(Self { port: Port::new(config, usage)?, begun: false })
     }
 }
 
 impl Direct for Lane {
     fn open(&mut self, report: Report<'_>) {
-        self.port.open(report);
+        self.port.open(1, report);
+    }
+
+    fn check(&mut self, report: Report<'_>) {
+        self.port.check(report);
     }
 
     fn healthy(&self) -> bool {
@@ -51,6 +57,9 @@ impl Direct for Lane {
     }
 
     fn write(&mut self, outputs: &[u64], report: Report<'_>) {
+        if !std::mem::replace(&mut self.begun, true) {
+            self.port.lines.iter_mut().for_each(|line| line.begun = true);
+        }
         self.port.write(outputs, report);
     }
 }

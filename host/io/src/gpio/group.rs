@@ -2,23 +2,14 @@
 
 use super::chip::errno;
 use super::settings::{Settings, Use};
+use crate::edges::{self, Account, Batch};
 use gpiocdev::line::{Offset, Value, Values};
 use gpiocdev::request::{Config, Request};
 use gpiocdev::{Error, Result};
-use rustix::fs::{OFlags, fcntl_setfl};
+use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use rustix::io::Errno;
 use std::os::fd::{AsFd, BorrowedFd};
 use std::path::Path;
-
-/// Words of one edge, and edges of one batch.
-const WORDS: usize = 6;
-const BATCH: usize = 64;
-
-/// Where the edges of a batch are read to. One per lane: they are handed on at once.
-pub(super) type Batch = [u64; BATCH * WORDS];
-
-/// An empty batch.
-pub(super) const EMPTY: Batch = [0; BATCH * WORDS];
 
 /// One line of a request that is to be made.
 #[derive(Clone, Copy, Debug)]
@@ -27,6 +18,8 @@ pub(super) struct Wanted<'a> {
     pub(super) point: usize,
     pub(super) offset: Offset,
     pub(super) settings: &'a Settings,
+    /// What an output shows first.
+    pub(super) first: bool,
     /// What an output shows in the end.
     pub(super) safe: bool,
 }
@@ -57,9 +50,8 @@ impl Group {
         let mut config = Config::default();
         let mut members = Vec::with_capacity(wanted.len());
         for line in wanted {
-            let level = line.settings.initial.unwrap_or(line.safe);
-            config.with_line(line.offset).from_line_config(&line.settings.config(usage, level));
-            members.push(Member { point: line.point, offset: line.offset, shown: level, safe: line.safe });
+            config.with_line(line.offset).from_line_config(&line.settings.config(usage, line.first));
+            members.push(Member { point: line.point, offset: line.offset, shown: line.first, safe: line.safe });
         }
         let mut builder = Request::from_config(config);
         builder.on_chip(chip).with_consumer(consumer);
@@ -76,8 +68,7 @@ impl Group {
             request.values(&mut levels)?;
         }
         if usage == Use::Edges {
-            // Reading must never block the lane. The library's `read_edge_event` is not used: it loses edges.
-            fcntl_setfl(request.as_fd(), OFlags::NONBLOCK).map_err(std::io::Error::from)?;
+            edges::never_block(&request)?;
         }
         Ok(Self { request, usage, members, levels })
     }
@@ -87,24 +78,22 @@ impl Group {
         self.request.as_fd()
     }
 
-    /// Reads the edges that wait, oldest first, and hands on time stamp, level and the line's own count of each; true
-    /// when the batch was full.
-    pub(super) fn edges(&self, batch: &mut Batch, mut take: impl FnMut(u64, bool, u32)) -> Result<bool> {
-        let words = match self.request.read_edge_events_into_slice(batch) {
-            Ok(words) => words,
-            Err(error) => {
-                return match errno(&error) {
-                    Some(Errno::AGAIN) => Ok(false),
-                    Some(Errno::INTR) => Ok(true),
-                    _ => Err(error),
-                };
-            }
-        };
-        for event in batch[..words.min(batch.len())].chunks_exact(WORDS) {
-            let event = self.request.edge_event_from_slice(event)?;
-            take(event.timestamp_ns, event.kind == gpiocdev::line::EdgeKind::Rising, event.line_seqno);
-        }
-        Ok(words >= batch.len())
+    /// Takes a batch of edges that wait: see [`edges::take`].
+    pub(super) fn edges(
+        &self,
+        batch: &mut Batch,
+        account: &mut Account,
+        take: impl FnMut(u64, bool, u64),
+    ) -> Result<bool> {
+        edges::take(&self.request, batch, account, take)
+    }
+
+    /// False once the chip is gone: the kernel hangs up. Neither the chip nor its bus is asked.
+    pub(super) fn is_there(&self) -> bool {
+        let mut descriptor = [PollFd::new(&self.request, PollFlags::empty())];
+        // What cannot be asked for may be there: the next reading or writing tells.
+        let asked = poll(&mut descriptor, Some(&Timespec::default())).is_ok();
+        !(asked && descriptor[0].revents().intersects(PollFlags::HUP | PollFlags::ERR))
     }
 
     /// The present level of one line.
@@ -146,7 +135,7 @@ impl Group {
         if self.levels.is_empty() {
             return Ok(());
         }
-        let result = self.request.set_values(&self.levels);
+        let result = twice(|| self.request.set_values(&self.levels));
         for member in &mut self.members {
             if let (Ok(()), Some(level)) = (&result, self.levels.get(member.offset)) {
                 member.shown = level.into();
@@ -169,4 +158,35 @@ impl Drop for Group {
 /// Errors of these numbers say that the chip itself is gone.
 pub(super) fn is_gone(error: &Error) -> bool {
     errno(error) == Some(Errno::NODEV)
+}
+
+/// A bus may be disturbed for a moment: a writing that fails is tried once more. A chip that is gone is not asked again.
+fn twice(mut write: impl FnMut() -> Result<()>) -> Result<()> {
+    match write() {
+        Err(error) if !is_gone(&error) => write(),
+        result => result,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_passing_trouble_is_written_over_and_a_lasting_one_is_told() {
+        for (what, errors, calls, ends_well) in [
+            ("no trouble", &[][..], 1, true),
+            ("a disturbance", &[Errno::IO], 2, true),
+            ("a trouble that stays", &[Errno::IO, Errno::IO], 2, false),
+            ("a chip that is gone", &[Errno::NODEV], 1, false),
+            ("a disturbance, then gone", &[Errno::IO, Errno::NODEV], 2, false),
+        ] {
+            let mut made = 0;
+            let result = twice(|| {
+                made += 1;
+                errors.get(made - 1).map_or(Ok(()), |e| Err(std::io::Error::from(*e).into()))
+            });
+            assert_eq!((made, result.is_ok()), (calls, ends_well), "{what}");
+        }
+    }
 }

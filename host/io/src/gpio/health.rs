@@ -53,7 +53,7 @@ impl Health {
             Class::Absent | Class::Other(_) => ("lost", LOST),
             Class::Denied | Class::Wrong => ("refused", REFUSED),
         };
-        let text = format!("{}; inputs are bad, outputs are not driven, tries go on", trouble.text);
+        let text = format!("{}; inputs are bad, outputs are not driven, tries go on", trouble.text());
         self.say(report, None, transition, priority, text);
     }
 

@@ -1,7 +1,7 @@
 //! The kind, its keys and their checks.
 
 use super::direct::Lane;
-use super::session::Session;
+use super::session::session;
 use super::settings::{Select, Settings};
 use crate::direct::{Direct, Role};
 use crate::driver::{Driver, DriverConfig, DriverKind, PointConfig, PointShape, Problem};
@@ -184,7 +184,7 @@ fn wrong_way(point: &PointConfig) -> impl Iterator<Item = Problem> {
 }
 
 fn build(config: DriverConfig) -> Result<Box<dyn Driver>, String> {
-    Ok(Box::new(Session::new(&config)?))
+    Ok(Box::new(session(&config)?))
 }
 
 fn build_direct(config: DriverConfig, roles: Vec<Role>) -> Result<Box<dyn Direct>, String> {

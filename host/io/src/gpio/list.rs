@@ -70,7 +70,7 @@ pub fn list(chip: Option<&str>) -> Listing {
         None => paths().into_iter().map(|p| p.display().to_string()).map(|p| (p.clone(), find(&p))).collect(),
     };
     for (name, chip) in opened {
-        match chip.map_err(|t| t.text).and_then(|c| read(&c).map_err(|e| words(&e))) {
+        match chip.map_err(|t| t.text()).and_then(|c| read(&c).map_err(|e| words(&e))) {
             Ok(info) => listing.chips.push(info),
             Err(why) => listing.unreadable.push(Unreadable { chip: name, why }),
         }

@@ -26,5 +26,6 @@ mod settings;
 #[cfg(test)]
 mod tests;
 
+pub(crate) use chip::errno;
 pub(crate) use keys::GPIO;
 pub use list::{ChipInfo, LineInfo, Listing, Unreadable, list};

@@ -22,11 +22,21 @@ const MOST_LINES: usize = 64;
 const MOST_ATTRIBUTES: usize = 10;
 
 impl Port {
-    /// Tries to open what is closed; reports what is news.
-    pub(super) fn open(&mut self, report: Report<'_>) {
-        if self.is_open() {
+    /// Tries to open what is closed, if it is time for that: so many seconds have passed since the last call. Reports what is
+    /// news.
+    pub(super) fn open(&mut self, seconds: u32, report: Report<'_>) {
+        if self.is_open() || !self.backoff.due(seconds) {
             return;
         }
+        let mut news = false;
+        self.attempt(&mut |event| {
+            news = true;
+            report(event);
+        });
+        self.backoff.failed(news);
+    }
+
+    fn attempt(&mut self, report: Report<'_>) {
         let chip = match find(&self.key) {
             Ok(chip) => chip,
             Err(trouble) => {
@@ -145,7 +155,8 @@ impl Port {
     fn request(&self, chip: &Chip, usage: Use, lines: &[usize]) -> gpiocdev::Result<Group> {
         let wanted = lines.iter().filter_map(|n| {
             let line = &self.lines[*n];
-            Some(Wanted { point: *n, offset: line.offset?, settings: &line.settings, safe: line.safe })
+            let (first, safe) = (line.first(), line.safe);
+            Some(Wanted { point: *n, offset: line.offset?, settings: &line.settings, first, safe })
         });
         let wanted: Vec<_> = wanted.collect();
         let driver = self.health.driver();

@@ -4,13 +4,15 @@
 //! closing allocates: an interrupt lane works with this directly.
 
 use super::chip::{Class, Trouble, words};
-use super::group::{Batch, EMPTY, Group, is_gone};
+use super::group::{Group, is_gone};
 use super::health::{Health, LineTrouble};
 use super::settings::{Settings, Use};
+use crate::backoff::Backoff;
 use crate::direct::{Edge, Report};
 use crate::driver::DriverConfig;
+use crate::edges::{Account, Batch, EMPTY};
 use gpiocdev::Error;
-use gpiocdev::line::Offset;
+use gpiocdev::line::{EdgeDetection, Offset};
 use std::os::fd::BorrowedFd;
 
 /// One point and its line.
@@ -20,15 +22,24 @@ pub(super) struct Line {
     pub(super) settings: Settings,
     pub(super) usage: Use,
     pub(super) safe: bool,
-    /// Place of an output among the outputs.
-    output: usize,
+    /// Its place among the outputs, or among all others.
+    place: usize,
     /// Its number, once the chip is there.
     pub(super) offset: Option<Offset>,
     /// The request it belongs to while it is open.
     pub(super) group: Option<usize>,
     pub(super) trouble: Option<LineTrouble>,
-    /// The kernel's count of the last edge that was taken.
-    count: u32,
+    /// The account of its edges.
+    account: Account,
+    /// The lane behind an output has executed: `initial` has had its time.
+    pub(super) begun: bool,
+}
+
+impl Line {
+    /// What an output shows when it is taken.
+    pub(super) fn first(&self) -> bool {
+        self.settings.initial.filter(|_| !self.begun).unwrap_or(self.safe)
+    }
 }
 
 /// Some points of a driver and the way to their lines.
@@ -39,7 +50,10 @@ pub(super) struct Port {
     pub(super) health: Health,
     /// In the order of the configuration.
     pub(super) lines: Vec<Line>,
+    /// The points that are outputs.
+    pub(super) outputs: Vec<usize>,
     pub(super) groups: Vec<Option<Group>>,
+    pub(super) backoff: Backoff,
     batch: Box<Batch>,
 }
 
@@ -47,26 +61,31 @@ impl Port {
     /// A port for checked points; nothing is opened.
     pub(super) fn new(config: &DriverConfig, usage: impl Fn(usize) -> Use) -> Result<Self, String> {
         let key = config.values.text("chip").ok_or("the chip is missing")?.to_owned();
-        let (mut lines, mut outputs) = (Vec::with_capacity(config.points.len()), 0);
+        let (mut lines, mut outputs) = (Vec::with_capacity(config.points.len()), Vec::new());
         for (n, point) in config.points.iter().enumerate() {
             let settings =
                 Settings::of(&point.values).ok_or_else(|| format!("point `{}` names no line", point.name))?;
             let usage = usage(n);
+            let account = Account::new(settings.edge == EdgeDetection::BothEdges);
             lines.push(Line {
                 name: point.name.clone(),
                 settings,
                 usage,
                 safe: point.safe.is_some_and(|cell| cell != 0),
-                output: outputs,
+                place: if usage == Use::Output { outputs.len() } else { n - outputs.len() },
                 offset: None,
                 group: None,
                 trouble: None,
-                count: 0,
+                account,
+                begun: false,
             });
-            outputs += usize::from(usage == Use::Output);
+            if usage == Use::Output {
+                outputs.push(n);
+            }
         }
         let health = Health::new(config.name.clone());
-        Ok(Self { key, health, lines, groups: Vec::new(), batch: Box::new(EMPTY) })
+        let batch = Box::new(EMPTY);
+        Ok(Self { key, health, lines, outputs, groups: Vec::new(), backoff: Backoff::new(), batch })
     }
 
     /// True when all lines are open.
@@ -85,11 +104,6 @@ impl Port {
         Some((place, self.groups.get(place)?.as_ref()?))
     }
 
-    /// The open request at a place, if it is of this use. Losing the chip closes all requests, also those still to come.
-    fn used(&mut self, place: usize, usage: Use) -> Option<&mut Group> {
-        self.groups.get_mut(place)?.as_mut().filter(|g| g.usage == usage)
-    }
-
     /// What becomes readable when edges of a point wait.
     pub(super) fn descriptor(&self, point: usize) -> Option<BorrowedFd<'_>> {
         let (_, group) = self.group(point)?;
@@ -105,11 +119,7 @@ impl Port {
         if group.usage != Use::Edges {
             return false;
         }
-        let last = &mut line.count;
-        let result = group.edges(&mut self.batch, |at, level, count| {
-            // The count of a line begins with 1 at its request and has no gaps but those of edges that were pushed out.
-            let missed = u64::from(count.wrapping_sub(*last).wrapping_sub(1));
-            *last = count;
+        let result = group.edges(&mut self.batch, &mut line.account, |at, level, missed| {
             take(Edge { point, at, level, missed });
         });
         match result {
@@ -134,11 +144,14 @@ impl Port {
         }
     }
 
-    /// Reads all level points, one step per request, and hands on those that are open.
-    pub(super) fn levels(&mut self, mut take: impl FnMut(usize, bool), report: Report<'_>) {
+    /// Reads all level points, one step per request, and hands on those that are open, by their place.
+    pub(super) fn levels(&mut self, take: &mut dyn FnMut(usize, bool), report: Report<'_>) {
         for place in 0..self.groups.len() {
-            let Some(group) = self.used(place, Use::Level) else { continue };
-            if let Err(error) = group.levels(&mut take) {
+            // Losing the chip closes all requests, also those still to come.
+            let group = self.groups.get_mut(place).and_then(Option::as_mut);
+            let Some(group) = group.filter(|g| g.usage == Use::Level) else { continue };
+            let lines = &self.lines;
+            if let Err(error) = group.levels(|point, level| take(lines[point].place, level)) {
                 self.fail(place, "reading it", &error, report);
             }
         }
@@ -147,19 +160,23 @@ impl Port {
     /// Writes what differs from what the outputs show, one step per request; one cell per output.
     pub(super) fn write(&mut self, outputs: &[u64], report: Report<'_>) {
         for place in 0..self.groups.len() {
-            // Losing the chip closes all requests, also those still to come.
-            let Some(group) = self.groups.get_mut(place).and_then(Option::as_mut) else { continue };
-            if group.usage != Use::Output {
-                continue;
-            }
+            let group = self.groups.get_mut(place).and_then(Option::as_mut);
+            let Some(group) = group.filter(|g| g.usage == Use::Output) else { continue };
             let lines = &self.lines;
-            let wanted = |point: usize| match outputs.get(lines[point].output) {
+            let wanted = |point: usize| match outputs.get(lines[point].place) {
                 Some(cell) => *cell != 0,
                 None => lines[point].safe,
             };
             if let Err(error) = group.write(wanted) {
                 self.fail(place, "writing it", &error, report);
             }
+        }
+    }
+
+    /// Looks whether the chip is still there: nobody else would, while nothing is read and nothing changes.
+    pub(super) fn check(&mut self, report: Report<'_>) {
+        if !self.groups.iter().flatten().all(Group::is_there) {
+            self.lose(report);
         }
     }
 
@@ -189,6 +206,7 @@ impl Port {
             return self.lose(report);
         }
         let Some(group) = self.groups[place].take() else { return };
+        self.backoff = Backoff::new();
         for member in &group.members {
             let line = &mut self.lines[member.point];
             line.group = None;
@@ -200,11 +218,12 @@ impl Port {
     /// The chip is gone: everything is closed.
     pub(super) fn lose(&mut self, report: Report<'_>) {
         self.groups.clear();
+        self.backoff = Backoff::new();
         for line in &mut self.lines {
             (line.group, line.offset) = (None, None);
         }
         let text = format!("the chip {} is gone: it was unplugged, or its kernel driver was removed", self.key);
-        self.health.chip_lost(report, &Trouble { class: Class::Absent, text });
+        self.health.chip_lost(report, &Trouble::new(Class::Absent, text));
     }
 
     /// Takes a request over.
@@ -215,7 +234,8 @@ impl Port {
         });
         for member in &group.members {
             let line = &mut self.lines[member.point];
-            (line.group, line.count) = (Some(place), 0);
+            line.group = Some(place);
+            line.account = Account::new(line.settings.edge == EdgeDetection::BothEdges);
         }
         self.groups[place] = Some(group);
     }

@@ -44,7 +44,7 @@ pub(super) struct Settings {
     pub(super) drive: Drive,
     /// Edges the kernel keeps for us.
     pub(super) buffer: u32,
-    /// Level of an output when it is requested; the safe one without it.
+    /// Level of an output until the lane behind it has executed; the safe one without it.
     pub(super) initial: Option<bool>,
 }
 

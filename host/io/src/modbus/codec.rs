@@ -3,7 +3,7 @@
 //! A register is 16 bits. Larger values take several of them; within a register the high byte comes first, as the
 //! protocol has it, but the order of the registers is the maker's choice. Bits are handled as words 0 and 1.
 
-use latchwork_image::Type;
+use latchwork_image::{Type, Value};
 
 /// How a value stands in its registers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -82,6 +82,31 @@ impl Coding {
     }
 }
 
+/// An f64 for a number of this coding; NaN for what is none.
+pub(super) fn widened(coding: Coding, cell: u64) -> u64 {
+    let real = match coding.ty().value(cell) {
+        Value::Integer(n) => n as f64,
+        Value::Real(r) => r,
+        _ => f64::NAN,
+    };
+    real.to_bits()
+}
+
+/// The number of this coding nearest to an f64: rounded, and kept within its range.
+pub(super) fn narrowed(coding: Coding, cell: u64) -> u64 {
+    let real = f64::from_bits(cell);
+    let whole = real.round();
+    // Conversions of `as` keep within the range, and take NaN for 0.
+    match coding {
+        Coding::U16 => u64::from(whole as u16),
+        Coding::S16 => u64::from(i32::from(whole as i16).cast_unsigned()),
+        Coding::U32 => u64::from(whole as u32),
+        Coding::S32 => u64::from((whole as i32).cast_unsigned()),
+        Coding::F32 => u64::from((real as f32).to_bits()),
+        Coding::F64 | Coding::Bool | Coding::Bit(_) => cell,
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -121,6 +146,34 @@ mod tests {
     fn codings() -> impl Strategy<Value = Coding> {
         use Coding::*;
         prop::sample::select(vec![Bool, U16, S16, U32, S32, F32, F64])
+    }
+
+    #[test]
+    fn a_register_as_a_real() {
+        use Coding::*;
+        for (coding, stored, real) in [
+            (U16, "65535", 65535.0),
+            (S16, "-2", -2.0),
+            (U32, "4294967295", 4294967295.0),
+            (S32, "-2147483648", -2147483648.0),
+            (F32, "1.5", 1.5),
+            (F64, "1.1", 1.1),
+        ] {
+            let cell = coding.ty().parse(stored).unwrap();
+            assert_eq!(f64::from_bits(widened(coding, cell)), real, "{coding:?}");
+            assert_eq!(narrowed(coding, f64::to_bits(real)), cell, "{coding:?}");
+        }
+        for (coding, real, stored) in [
+            (U16, 65535.6, "65535"),
+            (U16, -3.0, "0"),
+            (U16, 2.5, "3"),
+            (S16, -40000.0, "-32768"),
+            (S16, f64::NAN, "0"),
+            (U32, f64::INFINITY, "4294967295"),
+            (S32, -1e300, "-2147483648"),
+        ] {
+            assert_eq!(narrowed(coding, real.to_bits()), coding.ty().parse(stored).unwrap(), "{coding:?} {real}");
+        }
     }
 
     proptest! {

@@ -35,7 +35,7 @@ impl Inputs {
             let place = self.points[*n].place;
             let from = usize::from(place.address - range.start);
             let Some(words) = words.get(from..from + usize::from(place.coding.words())) else { continue };
-            self.cells[2 * n] = place.coding.decode(words, place.words);
+            self.cells[2 * n] = place.decode(words);
             self.cells[2 * n + 1] = Quality::Good.cell();
         }
     }

@@ -147,6 +147,13 @@ static POINT_SECTION: Section = Section {
             "",
             "This bit of the register (0 is the least significant) as a bool; only for reading.",
         ),
+        Key::optional(
+            "real",
+            Kind::Bool,
+            "false",
+            "The tag is an f64, whatever number the registers hold: for blocks that take reals, with the quality of the reading. \
+             What is written is rounded and kept within the range of `type`; NaN is 0 there.",
+        ),
     ],
 };
 

@@ -89,7 +89,7 @@ impl Outputs {
         for (n, point) in self.points.iter_mut().enumerate() {
             point.wanted = match self.demands.demand(n) {
                 Demand::Live(cell) => cell,
-                Demand::Safe => point.safe,
+                Demand::First | Demand::Safe => point.safe,
             };
             // What was refused is offered again at the refresh, not in every cycle.
             let settled = if point.refusal.is_refused() { point.tried } else { point.confirmed };
@@ -175,7 +175,7 @@ impl Outputs {
             let point = &self.points[*n];
             let from = usize::from(point.place.address - range.start);
             if let Some(words) = words.get_mut(from..from + usize::from(point.place.coding.words())) {
-                point.place.coding.encode(point.wanted, point.place.words, words);
+                point.place.encode(point.wanted, words);
             }
         }
         words

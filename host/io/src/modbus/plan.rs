@@ -52,7 +52,7 @@ mod tests {
     use proptest::prelude::*;
 
     fn at(table: Table, address: u16, coding: Coding) -> Place {
-        Place { table, address, coding, words: Words::Big }
+        Place { table, address, coding, words: Words::Big, real: false }
     }
 
     fn reads(places: &[Place]) -> Vec<Range> {

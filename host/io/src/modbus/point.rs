@@ -1,7 +1,8 @@
 //! What a point is, and what may be wrong with it.
 
-use super::codec::{Coding, Words};
+use super::codec::{Coding, Words, narrowed, widened};
 use crate::driver::{DriverConfig, PointConfig, PointShape, Problem};
+use latchwork_image::Type;
 use latchwork_schema::Values;
 
 /// One past the last address.
@@ -71,9 +72,28 @@ pub(super) struct Place {
     pub(super) address: u16,
     pub(super) coding: Coding,
     pub(super) words: Words,
+    /// The tag is an f64.
+    pub(super) real: bool,
 }
 
 impl Place {
+    /// Type of the tag.
+    fn ty(&self) -> Type {
+        if self.real { Type::F64 } else { self.coding.ty() }
+    }
+
+    /// The cell that the registers hold.
+    pub(super) fn decode(&self, registers: &[u16]) -> u64 {
+        let cell = self.coding.decode(registers, self.words);
+        if self.real { widened(self.coding, cell) } else { cell }
+    }
+
+    /// Writes the registers for a cell.
+    pub(super) fn encode(&self, cell: u64, into: &mut [u16]) {
+        let cell = if self.real { narrowed(self.coding, cell) } else { cell };
+        self.coding.encode(cell, self.words, into);
+    }
+
     /// One past its last address.
     pub(super) fn end(&self) -> u32 {
         u32::from(self.address) + u32::from(self.coding.words())
@@ -111,7 +131,15 @@ impl Place {
                 "take `words` away, or choose a type of more than one register: u32, s32, f32, f64",
             ));
         }
-        let place = Self { table, address, coding, words };
+        let real = values.bool("real") == Some(true);
+        if real && coding.ty() == Type::Bool {
+            problems.push(problem(
+                "real",
+                "a bool is no number",
+                "take `real` away, or choose a type of registers: u16, s16, u32, s32, f32, f64",
+            ));
+        }
+        let place = Self { table, address, coding, words, real };
         if place.end() > ADDRESSES {
             problems.push(problem(
                 table.key(),
@@ -181,7 +209,7 @@ pub(super) fn point(values: &Values) -> Result<PointShape, Vec<Problem>> {
     let place = Place::of(values)?;
     // One bit of a register cannot be written without the other fifteen.
     let writable = place.table.is_writable() && !matches!(place.coding, Coding::Bit(_));
-    Ok(PointShape { ty: place.coding.ty(), writable, readable: true })
+    Ok(PointShape { ty: place.ty(), writable, readable: true })
 }
 
 /// What is wrong with the points taken together.

@@ -14,6 +14,15 @@ const LABELS: [&str; 3] = ["pinctrl-bcm2835", "pinctrl-bcm2711", "pinctrl-rp1"];
 /// Registers of the boards before the Raspberry Pi 5, and of those from it on.
 const REGISTERS: [&str; 2] = ["/dev/gpiomem", "/dev/gpiomem0"];
 
+/// The PWM chip that a model has.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Usual {
+    /// The end of its device's name, if that is known.
+    pub(super) device: Option<&'static str>,
+    /// Number the kernel usually gives it.
+    pub(super) number: u8,
+}
+
 /// Which board it is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Model {
@@ -38,9 +47,10 @@ impl Model {
         REGISTERS[usize::from(self.rp1)]
     }
 
-    /// Number the kernel usually gives the PWM chip.
-    pub(super) fn pwm_chip(self) -> u8 {
-        if self.rp1 { 2 } else { 0 }
+    /// Its PWM chip.
+    pub(super) fn pwm(self) -> Usual {
+        // The kernel numbers chips as it finds them; only the device behind it says that it is the one of the header.
+        if self.rp1 { Usual { device: Some("1f00098000.pwm"), number: 2 } } else { Usual { device: None, number: 0 } }
     }
 }
 

@@ -1,6 +1,6 @@
 //! The kind and its keys.
 
-use super::driver::Session;
+use super::driver::session;
 use super::place::{HIGHEST_PIN, check, point};
 use super::points::Points;
 use crate::direct::{Direct, Role};
@@ -93,7 +93,7 @@ static POINT: Section = Section {
 
 fn build(config: DriverConfig) -> Result<Box<dyn Driver>, String> {
     let every = config.values.duration(EVERY.name).or_else(|| parse_duration(EVERY.default.trim_matches('"')).ok());
-    Ok(Box::new(Session::new(config, Duration::from_nanos(every.unwrap_or(5 * MS)))?))
+    Ok(Box::new(session(&config, Duration::from_nanos(every.unwrap_or(5 * MS)))?))
 }
 
 fn direct(config: DriverConfig, roles: Vec<Role>) -> Result<Box<dyn Direct>, String> {

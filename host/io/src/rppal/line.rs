@@ -3,23 +3,21 @@
 use super::board::{Board, cause, denied};
 use super::place::{Edges, PinPlace};
 use crate::direct::Edge;
+use crate::edges::{self, Account, Batch, EMPTY};
 use gpiocdev::Request;
-use gpiocdev::line::{Bias, EdgeDetection, EdgeKind, Value};
+use gpiocdev::line::{Bias, EdgeDetection, Value};
 use std::os::fd::{AsFd, BorrowedFd};
 
 /// Edges the kernel keeps for one line until they are read; without it 16.
 const KERNEL_BUFFER: u32 = 1024;
-/// Edges that are read at once.
-const BATCH: usize = 32;
 /// Name under which the kernel shows who has the line.
 const CONSUMER: &str = "latchwork";
 
 /// A line that is requested. One request per line, so that no line's edges push out another's.
 pub(super) struct Line {
     request: Request,
-    /// Number of the last edge, as the kernel counts from 1.
-    last: u32,
-    batch: Vec<u64>,
+    account: Account,
+    batch: Box<Batch>,
 }
 
 impl Line {
@@ -56,8 +54,9 @@ impl Line {
             text if text.contains("(os error 13)") => denied(&board.path().display().to_string()),
             text => format!("the kernel refuses GPIO{}: {text}", place.pin),
         })?;
-        let batch = vec![0; BATCH * request.edge_event_u64_size()];
-        Ok(Self { request, last: 0, batch })
+        edges::never_block(&request).map_err(|e| format!("GPIO{}: {e}", place.pin))?;
+        let account = Account::new(place.edges == Edges::Both);
+        Ok(Self { request, account, batch: Box::new(EMPTY) })
     }
 
     pub(super) fn descriptor(&self) -> BorrowedFd<'_> {
@@ -71,34 +70,8 @@ impl Line {
 
     /// Takes a batch of edges of point `point`; true when there may be more.
     pub(super) fn edges(&mut self, point: usize, take: &mut dyn FnMut(Edge)) -> Result<bool, String> {
-        // The descriptor blocks: it must not be read when nothing waits.
-        if !self.request.has_edge_event().map_err(|e| cause(&e))? {
-            return Ok(false);
-        }
-        let read = self.request.read_edge_events_into_slice(&mut self.batch).map_err(|e| cause(&e))?;
-        for words in self.batch[..read].chunks_exact(self.request.edge_event_u64_size()) {
-            let event = self.request.edge_event_from_slice(words).map_err(|e| cause(&e))?;
-            let missed = missed(self.last, event.line_seqno);
-            self.last = event.line_seqno;
-            take(Edge { point, at: event.timestamp_ns, level: event.kind == EdgeKind::Rising, missed });
-        }
-        Ok(read == self.batch.len())
-    }
-}
-
-/// Edges lost between two numbers of the kernel's count.
-fn missed(last: u32, now: u32) -> u64 {
-    now.wrapping_sub(last).wrapping_sub(1).into()
-}
-
-#[cfg(test)]
-mod tests {
-    use super::missed;
-
-    #[test]
-    fn a_gap_in_the_count_is_what_was_lost() {
-        for (last, now, lost) in [(0, 1, 0), (7, 8, 0), (0, 3, 2), (7, 12, 4), (u32::MAX, 0, 0), (u32::MAX, 2, 2)] {
-            assert_eq!(missed(last, now), lost, "{last} → {now}");
-        }
+        let Self { request, account, batch } = self;
+        edges::take(request, batch, account, |at, level, missed| take(Edge { point, at, level, missed }))
+            .map_err(|e| cause(&e))
     }
 }

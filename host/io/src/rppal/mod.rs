@@ -14,7 +14,7 @@
 //! | `line` | a line of the kernel: edges with their stamps, debounced levels |
 //! | `pwm` | a PWM channel |
 //! | `points` | all points of a lane or a driver: open, read, write, safe at the end; what is reported, and when not |
-//! | `driver` | the cycle on the I/O thread |
+//! | `driver` | the part on the I/O thread |
 
 mod board;
 mod driver;

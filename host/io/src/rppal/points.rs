@@ -7,6 +7,7 @@ use super::keys::pwm_chip;
 use super::pin::{Input, Output};
 use super::place::{PinPlace, Place, PwmPlace};
 use super::pwm::{Closed, Pwm, ROOT};
+use crate::backoff::Backoff;
 use crate::direct::{Direct, Edge, Report, Role};
 use crate::driver::{DriverConfig, IoEvent};
 use rppal::gpio::Gpio;
@@ -23,8 +24,10 @@ pub(super) struct Points {
     driver: String,
     pwm_chip: Option<u8>,
     points: Vec<Point>,
-    /// Points that are outputs, in their order.
+    /// Points that are outputs, in their order, and all others.
     outputs: Vec<usize>,
+    pub(super) inputs: Vec<usize>,
+    backoff: Backoff,
     /// The registers, once they are mapped.
     mapped: Option<Gpio>,
     /// Why the board as a whole cannot be used, as it was told.
@@ -77,9 +80,9 @@ impl Points {
             };
             points.push(Point { name: point.name.clone(), wish, state: State::Closed, told: None });
         }
-        let outputs = (0..points.len()).filter(|n| roles[*n] == Role::Output).collect();
-        let pwm_chip = pwm_chip(&config.values);
-        Ok(Self { driver: config.name.clone(), pwm_chip, points, outputs, mapped: None, told: None })
+        let (outputs, inputs) = (0..points.len()).partition(|n| roles[*n] == Role::Output);
+        let (driver, pwm_chip) = (config.name.clone(), pwm_chip(&config.values));
+        Ok(Self { driver, pwm_chip, points, outputs, inputs, backoff: Backoff::new(), mapped: None, told: None })
     }
 
     /// The board, and its pins if any of them is to be opened.
@@ -101,22 +104,44 @@ impl Points {
     }
 }
 
-impl Direct for Points {
-    fn open(&mut self, report: Report<'_>) {
-        if self.healthy() {
+impl Points {
+    /// Tries to open what is closed, if it is time for that: so many seconds have passed since the last call.
+    pub(super) fn try_open(&mut self, seconds: u32, report: Report<'_>) {
+        if self.healthy() || !self.backoff.due(seconds) {
             return;
         }
+        let mut news = false;
+        let wait = self.attempt(&mut |event| {
+            news = true;
+            report(event);
+        });
+        self.backoff.failed(news || wait);
+    }
+
+    /// Opens what is closed; true when a point needs only a moment.
+    fn attempt(&mut self, report: Report<'_>) -> bool {
         let (model, board) = match self.board() {
             Ok(found) => found,
-            Err(why) => return self.refuse(why, report),
+            Err(why) => {
+                self.refuse(why, report);
+                return false;
+            }
         };
         if self.told.take().is_some() {
             let text = "the board's pins can be used now".to_owned();
             report(IoEvent { source: self.driver.clone(), transition: "accepted", priority: NOTE, text });
         }
+        let mut wait = false;
         for point in self.points.iter_mut().filter(|p| p.is_closed()) {
-            point.open(model, board.as_ref(), self.pwm_chip, &self.driver, report);
+            wait |= point.open(model, board.as_ref(), self.pwm_chip, &self.driver, report);
         }
+        wait
+    }
+}
+
+impl Direct for Points {
+    fn open(&mut self, report: Report<'_>) {
+        self.try_open(1, report);
     }
 
     fn healthy(&self) -> bool {
@@ -141,6 +166,7 @@ impl Direct for Points {
             Ok(more) => more,
             Err(why) => {
                 p.lose(&self.driver, "reading its edges", why, report);
+                self.backoff = Backoff::new();
                 false
             }
         }
@@ -153,6 +179,7 @@ impl Direct for Points {
             Ok(level) => Some(level),
             Err(why) => {
                 p.lose(&self.driver, "reading its level", why, report);
+                self.backoff = Backoff::new();
                 None
             }
         }
@@ -167,6 +194,7 @@ impl Direct for Points {
                     let wanted = f64::from_bits(*cell);
                     if let Err(why) = pwm.show(if wanted.is_nan() { safe } else { wanted }) {
                         p.lose(&self.driver, "writing its duty cycle", why, report);
+                        self.backoff = Backoff::new();
                     }
                 }
                 _ => {}
@@ -207,14 +235,22 @@ impl Point {
         matches!(self.state, State::Closed)
     }
 
-    fn open(&mut self, model: Model, board: Option<&Board>, chip: Option<u8>, driver: &str, report: Report<'_>) {
+    /// Opens it; true when it needs only a moment.
+    fn open(
+        &mut self,
+        model: Model,
+        board: Option<&Board>,
+        chip: Option<u8>,
+        driver: &str,
+        report: Report<'_>,
+    ) -> bool {
         let result = match (self.wish, board) {
-            (Wish::Pwm { place, safe }, _) => match Pwm::open(Path::new(ROOT), chip, model.pwm_chip(), &place, safe) {
+            (Wish::Pwm { place, safe }, _) => match Pwm::open(Path::new(ROOT), chip, model.pwm(), &place, safe) {
                 Ok(pwm) => Ok(State::Pwm(pwm)),
-                Err(Closed::Wait) => return,
+                Err(Closed::Wait) => return true,
                 Err(Closed::Refused(why)) => Err(why),
             },
-            (_, None) => return,
+            (_, None) => return false,
             (Wish::Input { place, edges }, Some(board)) => Input::open(board, &place, edges).map(State::Input),
             (Wish::Output { place, safe }, Some(board)) => Output::open(board, &place, safe).map(State::Output),
         };
@@ -235,6 +271,7 @@ impl Point {
                 self.told = Some(why);
             }
         }
+        false
     }
 
     /// It worked, and no longer does.

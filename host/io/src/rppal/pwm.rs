@@ -3,7 +3,7 @@
 //! The file of the pulse's width stays open, so that a change costs one system call and no memory. rppal's own PWM opens
 //! it anew for each change, and waits up to a second for the system to hand a new channel over; a lane cannot wait.
 
-use super::board::denied;
+use super::board::{Usual, denied};
 use super::place::PwmPlace;
 use std::fs::{self, File, OpenOptions};
 use std::io::{self, ErrorKind, Write};
@@ -34,7 +34,13 @@ pub(super) struct Pwm {
 
 impl Pwm {
     /// Switches a channel on with duty cycle `duty`. `chip` is the user's choice of the chip, `usual` the model's.
-    pub(super) fn open(root: &Path, chip: Option<u8>, usual: u8, place: &PwmPlace, duty: f64) -> Result<Self, Closed> {
+    pub(super) fn open(
+        root: &Path,
+        chip: Option<u8>,
+        usual: Usual,
+        place: &PwmPlace,
+        duty: f64,
+    ) -> Result<Self, Closed> {
         let chip = find(root, chip, usual, place.channel).map_err(Closed::Refused)?;
         let channel = chip.join(format!("pwm{}", place.channel));
         let fresh = !channel.exists();
@@ -76,17 +82,18 @@ fn width(period: u64, duty: f64) -> u64 {
 }
 
 /// The folder of the chip that has the channel.
-fn find(root: &Path, chosen: Option<u8>, usual: u8, channel: u8) -> Result<PathBuf, String> {
+fn find(root: &Path, chosen: Option<u8>, usual: Usual, channel: u8) -> Result<PathBuf, String> {
     let channels = |path: &Path| -> u32 {
         fs::read_to_string(path.join("npwm")).ok().and_then(|n| n.trim().parse().ok()).unwrap_or(0)
     };
     let mut chips: Vec<PathBuf> = fs::read_dir(root).into_iter().flatten().flatten().map(|e| e.path()).collect();
     chips.sort();
-    let named = root.join(format!("pwmchip{}", chosen.unwrap_or(usual)));
+    let named = root.join(format!("pwmchip{}", chosen.unwrap_or(usual.number)));
+    let device = |c: &PathBuf| usual.device.is_some_and(|d| is_of(c, d));
     if chosen.is_some() {
         chips.retain(|c| *c == named);
-    } else if chips.contains(&named) {
-        chips.insert(0, named.clone());
+    } else if let Some(first) = chips.iter().position(device).or_else(|| chips.iter().position(|c| *c == named)) {
+        chips[..=first].rotate_right(1);
     }
     if let Some(chip) = chips.iter().find(|c| channels(c) > channel.into()) {
         return Ok(chip.clone());
@@ -103,6 +110,12 @@ fn find(root: &Path, chosen: Option<u8>, usual: u8, channel: u8) -> Result<PathB
             root.display()
         ),
     })
+}
+
+/// A chip belongs to a device: sysfs has it as a link into the device's folder.
+fn is_of(chip: &Path, device: &str) -> bool {
+    let real = fs::canonicalize(chip).unwrap_or_default();
+    real.components().any(|c| c.as_os_str().to_string_lossy().ends_with(device))
 }
 
 /// Sets a channel up and runs it.
@@ -137,6 +150,11 @@ fn put(path: &Path, text: &str) -> io::Result<()> {
 fn explain(path: &Path, error: &io::Error, place: &PwmPlace) -> String {
     match error.kind() {
         ErrorKind::PermissionDenied => denied(&path.display().to_string()),
+        ErrorKind::ReadOnlyFilesystem => format!(
+            "{} is read-only here: in a systemd unit write ProtectKernelTunables=no, in a container hand /sys/class/pwm in \
+             as writable",
+            path.display()
+        ),
         ErrorKind::ResourceBusy => format!("PWM channel {} is in use by another driver of the kernel", place.channel),
         _ => format!("{} does not take a period of {} ns: {error}", path.display(), place.period),
     }
@@ -179,13 +197,17 @@ mod tests {
         }
     }
 
+    fn usual(number: u8) -> Usual {
+        Usual { device: None, number }
+    }
+
     const PLACE: PwmPlace = PwmPlace { channel: 1, period: 50_000 };
 
     #[test]
     fn a_channel_runs_with_its_first_value_and_takes_others() {
         let sys = Sys::new("runs", &[("pwmchip0", 1), ("pwmchip2", 2)]);
         fs::write(sys.0.join("pwmchip2/pwm1/polarity"), "inversed\n").unwrap();
-        let mut pwm = Pwm::open(&sys.0, None, 2, &PLACE, 0.25).unwrap();
+        let mut pwm = Pwm::open(&sys.0, None, usual(2), &PLACE, 0.25).unwrap();
         assert_eq!(
             ["enable", "period", "duty_cycle", "polarity"].map(|f| sys.shown(f)),
             ["1", "50000", "12500", "normal"]
@@ -205,14 +227,32 @@ mod tests {
     #[test]
     fn the_chip_is_the_chosen_one_else_the_usual_one_else_any_that_has_the_channel() {
         let sys = Sys::new("chips", &[("pwmchip0", 1), ("pwmchip2", 2), ("pwmchip3", 4)]);
-        let found = |chosen, usual, channel| {
-            find(&sys.0, chosen, usual, channel).map(|p| p.file_name().unwrap().to_string_lossy().into_owned())
+        let found = |chosen, number, channel| {
+            find(&sys.0, chosen, usual(number), channel).map(|p| p.file_name().unwrap().to_string_lossy().into_owned())
         };
         assert_eq!(found(None, 2, 0).as_deref(), Ok("pwmchip2"));
         assert_eq!(found(None, 0, 1).as_deref(), Ok("pwmchip2"));
         assert_eq!(found(None, 9, 3).as_deref(), Ok("pwmchip3"));
         assert_eq!(found(Some(3), 0, 0).as_deref(), Ok("pwmchip3"));
         assert!(found(Some(0), 2, 1).is_err());
+    }
+
+    #[test]
+    fn on_a_pi_5_the_device_says_which_chip_it_is() {
+        let sys = Sys::new("device", &[("pwmchip0", 4), ("pwmchip2", 4)]);
+        let device = sys.0.join("devices/1f00098000.pwm/pwm/pwmchip6");
+        fs::create_dir_all(&device).unwrap();
+        fs::write(device.join("npwm"), "4\n").unwrap();
+        let class = sys.0.join("class");
+        fs::create_dir_all(&class).unwrap();
+        for (name, to) in [("pwmchip0", "pwmchip0"), ("pwmchip2", "pwmchip2")] {
+            std::os::unix::fs::symlink(sys.0.join(to), class.join(name)).unwrap();
+        }
+        let pi_5 = Usual { device: Some("1f00098000.pwm"), number: 2 };
+        let found = |chosen| find(&class, chosen, pi_5, 0).unwrap().file_name().unwrap().to_string_lossy().into_owned();
+        assert_eq!(found(None), "pwmchip2", "an older kernel: by its number");
+        std::os::unix::fs::symlink(&device, class.join("pwmchip6")).unwrap();
+        assert_eq!([found(None), found(Some(0))], ["pwmchip6", "pwmchip0"]);
     }
 
     #[test]
@@ -224,11 +264,12 @@ mod tests {
         };
         let none = Sys(sys.0.join("none"));
         let shown = [
-            hide(Pwm::open(&none.0, None, 0, &PLACE, 0.0)).replace("/none", ""),
-            hide(Pwm::open(&sys.0, Some(5), 0, &PLACE, 0.0)),
-            hide(Pwm::open(&sys.0, None, 0, &PLACE, 0.0)),
+            hide(Pwm::open(&none.0, None, usual(0), &PLACE, 0.0)).replace("/none", ""),
+            hide(Pwm::open(&sys.0, Some(5), usual(0), &PLACE, 0.0)),
+            hide(Pwm::open(&sys.0, None, usual(0), &PLACE, 0.0)),
             explain(Path::new("/sys/class/pwm/pwmchip0/export"), &ErrorKind::PermissionDenied.into(), &PLACE),
             explain(Path::new("/sys/class/pwm/pwmchip0/export"), &ErrorKind::ResourceBusy.into(), &PLACE),
+            explain(Path::new("/sys/class/pwm/pwmchip0/export"), &ErrorKind::ReadOnlyFilesystem.into(), &PLACE),
             explain(Path::new("/sys/class/pwm/pwmchip0/pwm1/period"), &ErrorKind::InvalidInput.into(), &PLACE),
         ];
         insta::assert_snapshot!(shown.join("\n"));

@@ -10,8 +10,9 @@ use std::time::{Duration, Instant};
 
 /// Where the records go.
 const RECORDS: &str = "/tmp/records.jsonl";
-/// Where the plant's copy stands.
+/// Where the plant's copy stands, and what its operator does.
 const PLANT: &str = "/tmp/plant.toml";
+const COMMANDS: &str = "/tmp/commands.csv";
 
 /// A plant that runs.
 pub(crate) struct Run {
@@ -19,8 +20,8 @@ pub(crate) struct Run {
 }
 
 impl Run {
-    /// Starts the example, its chip and limits adapted.
-    pub(crate) fn start(chip: &str) -> Result<Self, String> {
+    /// Starts the example, its chip and limits adapted, on demand with another period of the main lane.
+    pub(crate) fn start(chip: &str, main: Option<&str>) -> Result<Self, String> {
         let text = std::fs::read_to_string("fast-interlock/plant.toml").map_err(|e| format!("the example: {e}"))?;
         let text = replace(&text, "\"../../target/components\"", "\"/t/components\"")?;
         let text = replace(&text, "\"/dev/gpiochip0\"", &format!("\"{chip}\""))?;
@@ -29,11 +30,16 @@ impl Run {
             replace(&text, "also-with = \"main\"", "storm-limit = 1000000\nwatchdog = \"30s\"\nalso-with = \"main\"")?;
         let text = replace(&text, "watchdog = \"50ms\"", "watchdog = \"30s\"")?;
         let text = text.replace("\ncomponent = ", "\nbudget = \"10s\"\ncomponent = ");
+        let text = match main {
+            Some(period) => replace(&text, "every = \"10ms\"", &format!("every = \"{period}\""))?,
+            None => text,
+        };
         std::fs::write(PLANT, text).map_err(|e| format!("{PLANT}: {e}"))?;
+        std::fs::write(COMMANDS, commands()).map_err(|e| format!("{COMMANDS}: {e}"))?;
         let _ = std::fs::remove_file(RECORDS);
         let log = File::create("/tmp/latchwork.log").map_err(|e| e.to_string())?;
         let child = Command::new("./latchwork")
-            .args(["run", PLANT, "--records", RECORDS])
+            .args(["run", PLANT, "--records", RECORDS, "--stimulus", COMMANDS])
             .stdout(log.try_clone().map_err(|e| e.to_string())?)
             .stderr(log)
             .spawn()
@@ -82,14 +88,31 @@ impl Drop for Run {
     }
 }
 
+/// An operator who acknowledges whatever there is, again and again.
+fn commands() -> String {
+    let blocks =
+        ["door-open", "beam-lost", "vacuum-lost", "level-low", "air-low", "heat-high", "shutter", "source", "pump"];
+    let mut text = String::from("time,tag,value\n");
+    for at in 1..300 {
+        let at = 400 * at;
+        blocks.iter().for_each(|b| text.push_str(&format!("{at}ms,{b}.commands.acknowledge,true\n")));
+        text.push_str(&format!("{}ms,source.commands.allow-restart,true\n", at + 100));
+    }
+    text
+}
+
 fn replace(text: &str, from: &str, to: &str) -> Result<String, String> {
     if text.contains(from) { Ok(text.replacen(from, to, 1)) } else { Err(format!("the example has no {from}")) }
 }
 
+/// The file of records so far.
+pub(crate) fn text() -> String {
+    std::fs::read_to_string(RECORDS).unwrap_or_default()
+}
+
 /// All records so far; a line that is being written is left out.
 pub(crate) fn records() -> Vec<Value> {
-    let text = std::fs::read_to_string(RECORDS).unwrap_or_default();
-    text.lines().filter_map(|line| serde_json::from_str(line).ok()).collect()
+    text().lines().filter_map(|line| serde_json::from_str(line).ok()).collect()
 }
 
 /// Records with these words as source and transition.
@@ -98,13 +121,21 @@ pub(crate) fn told(source: &str, transition: &str) -> Vec<Value> {
 }
 
 /// Waits until something holds; a word what was waited for otherwise, with what latchwork has said.
-pub(crate) fn until(what: &str, mut holds: impl FnMut() -> bool) -> Result<(), String> {
-    let end = Instant::now() + Duration::from_secs(40);
+pub(crate) fn until(what: &str, holds: impl FnMut() -> bool) -> Result<(), String> {
+    within(Duration::from_secs(40), what, holds)
+}
+
+/// The same, not longer than this.
+pub(crate) fn within(limit: Duration, what: &str, mut holds: impl FnMut() -> bool) -> Result<(), String> {
+    let end = Instant::now() + limit;
     while !holds() {
         if Instant::now() > end {
             let log = std::fs::read_to_string(Path::new("/tmp/latchwork.log")).unwrap_or_default();
             let last: Vec<_> = records().into_iter().rev().take(8).map(|r| r.to_string()).collect();
-            return Err(format!("waited in vain: {what}\n{log}\nlast records, newest first:\n{}", last.join("\n")));
+            return Err(format!(
+                "waited in vain for {limit:?}: {what}\n{log}\nlast records, newest first:\n{}",
+                last.join("\n")
+            ));
         }
         std::thread::sleep(Duration::from_millis(2));
     }

@@ -66,8 +66,16 @@ impl Lane {
         Ok(lane)
     }
 
+    /// Half a minute passes, in which the lane calls once a second: longer than any pause between two tries.
     pub(crate) fn reopen(&mut self) {
-        self.direct.open(&mut |e| self.events.push(e));
+        for _ in 0..31 {
+            self.direct.open(&mut |e| self.events.push(e));
+        }
+    }
+
+    /// A second passes in which nothing happens.
+    pub(crate) fn idle(&mut self) {
+        self.direct.check(&mut |e| self.events.push(e));
     }
 
     /// All edges that wait at a point.

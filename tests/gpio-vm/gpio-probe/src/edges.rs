@@ -9,6 +9,10 @@ use latchwork_schema::Value::{Bool, Duration as Span};
 use rustix::event::PollFlags;
 use rustix::time::{ClockId, clock_gettime};
 use std::time::Duration;
+use thread_priority::{
+    RealtimeThreadSchedulePolicy, ThreadPriority, ThreadPriorityValue, ThreadSchedulePolicy,
+    set_thread_priority_and_policy, thread_native_id,
+};
 
 /// A point whose edges are taken.
 fn edge(name: &str, line: usize, keys: Keys<'_>) -> (PointConfig, Role) {
@@ -177,6 +181,39 @@ pub(crate) fn storm() -> Outcome {
     whole(&calm, true)?;
     let storm = lane.edges(0);
     ensure!(storm.len() == 32 && storm[0].missed == 268, "storm: {} edges, {} missed", storm.len(), storm[0].missed);
+    Ok(())
+}
+
+/// The kernel's thread for the edges has priority 50: what is pulled above that, on the one CPU there is, becomes one edge.
+pub(crate) fn merged() -> Outcome {
+    let chip = Chip::new("merged", 2, &[])?;
+    let mut lane = Lane::healthy(&chip, vec![edge("both", 0, &[]), edge("rising", 1, &[("edge", text("rising"))])])?;
+    let at_once = |pulls: &[bool]| -> Outcome {
+        let hand = || {
+            let priority = ThreadPriorityValue::try_from(60)?;
+            let policy = ThreadSchedulePolicy::Realtime(RealtimeThreadSchedulePolicy::Fifo);
+            set_thread_priority_and_policy(thread_native_id(), ThreadPriority::Crossplatform(priority), policy)
+                .map_err(|e| format!("SCHED_FIFO: {e:?}"))?;
+            pulls.iter().for_each(|up| chip.pull(0, *up));
+            Ok(())
+        };
+        std::thread::scope(|scope| scope.spawn(hand).join().map_err(|_| "the hand panicked".to_owned())?)
+    };
+    let taken =
+        |lane: &mut Lane, n: usize| -> Vec<(bool, u64)> { lane.edges(n).iter().map(|e| (e.level, e.missed)).collect() };
+    chip.pull(0, true);
+    ensure!(taken(&mut lane, 0) == [(true, 0)], "the first edge has none before it");
+    at_once(&[false, true])?;
+    let edges = taken(&mut lane, 0);
+    ensure!(edges == [(true, 1)], "down and up at once: {edges:?}");
+    at_once(&[false, true, false])?;
+    let edges = taken(&mut lane, 0);
+    println!("note: down, up and down at once are {edges:?}");
+    ensure!(edges.last().is_some_and(|e| !e.0), "the last edge is not the newest: {edges:?}");
+    // With one kind of edges equal levels are no sign.
+    (0..4).for_each(|n| chip.pull(1, n % 2 == 0));
+    let edges = taken(&mut lane, 1);
+    ensure!(edges == [(true, 0), (true, 0)], "rising edges alone: {edges:?}");
     Ok(())
 }
 

@@ -39,6 +39,7 @@ const CHECKS: &[Check] = &[
     ("edges-lost-are-counted", edges::lost),
     ("edges-lost-of-the-largest-buffer", edges::lost_largest),
     ("edges-of-a-storm-push-out-no-others", edges::storm),
+    ("edges-merged-by-the-kernel-are-told", edges::merged),
     ("edges-debounced", edges::debounce),
     ("levels-and-bias", edges::levels),
     ("lines-by-name", edges::names),
@@ -52,6 +53,8 @@ const CHECKS: &[Check] = &[
     ("trouble-line-held-by-another", trouble::held),
     ("trouble-wrong-lines", trouble::wrong_lines),
     ("trouble-chip-unplugged", trouble::unplugged),
+    ("trouble-chip-of-outputs-alone-unplugged", trouble::outputs_alone),
+    ("trouble-pauses-grow", trouble::pauses),
     ("trouble-chip-unplugged-while-waiting", trouble::unplugged_while_waiting),
     ("trouble-no-permission", trouble::no_permission),
     ("trouble-label-twice", trouble::label_twice),
@@ -59,6 +62,8 @@ const CHECKS: &[Check] = &[
     ("thread-reads-and-writes", thread::reads_and_writes),
     ("thread-stop-is-safe", thread::stop_is_safe),
     ("thread-chip-unplugged", thread::unplugged),
+    ("thread-chip-of-outputs-alone-unplugged", thread::outputs_alone),
+    ("thread-initial-until-the-lane-begins", thread::initial),
     ("no-allocation-in-a-lane", alloc::lane),
 ];
 

@@ -11,6 +11,9 @@ use latchwork_schema::Value::{Bool, Duration as Span};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
+/// State of a lane that has stopped.
+const STOPPED: u64 = 2;
+
 /// A driver that runs.
 struct Running {
     io: Option<IoThread>,
@@ -24,9 +27,13 @@ struct Running {
 impl Running {
     /// Starts it; all outputs are to be true, and their lane runs.
     fn start(chip: &str, points: Vec<PointConfig>) -> Result<Self, String> {
+        Self::start_with(chip, points, Outputs::RUNNING)
+    }
+
+    fn start_with(chip: &str, points: Vec<PointConfig>, state: u64) -> Result<Self, String> {
         let outputs = points.iter().filter(|p| p.safe.is_some()).count();
         let (writer, inputs) = region(&[0, Quality::Bad.cell()].repeat(points.len() - outputs));
-        let cells = [vec![1; outputs], vec![Outputs::RUNNING]].concat();
+        let cells = [vec![1; outputs], vec![state]].concat();
         let (demands, reader) = region(&cells);
         let at = |slot: usize| Resolved::Cell {
             location: Location { region: 0, slot: slot as u32, bit: None, quality: None },
@@ -119,7 +126,7 @@ pub(crate) fn reads_and_writes() -> Outcome {
     // The lane behind the outputs stops: they become safe.
     driver.demand(0, 1);
     ensure!(soon(|| chip.value(4)), "the output does not follow");
-    driver.demand(2, 0);
+    driver.demand(2, STOPPED);
     ensure!(soon(|| !chip.value(4) && !chip.value(5)), "the outputs are not safe when their lane stops");
     Ok(())
 }
@@ -168,5 +175,46 @@ pub(crate) fn unplugged() -> Outcome {
     ensure!(soon(|| driver.good(0, false) && chip.value(1)), "it does not run again");
     let told = driver.told();
     ensure!(told == ["gpio connected"], "events: {told:?}");
+    Ok(())
+}
+
+/// A part without inputs, whose outputs do not change.
+pub(crate) fn outputs_alone() -> Outcome {
+    let mut chip = Chip::new("mute", 4, &[])?;
+    let driver = Running::start("mute", vec![point("lamp", &[("line", number(1))], Some(false))])?;
+    ensure!(soon(|| chip.value(1)), "it does not run");
+    driver.told();
+    chip.unplug();
+    std::thread::sleep(Duration::from_millis(1500));
+    let told = driver.told();
+    ensure!(told == ["gpio lost"], "events: {told:?}");
+    chip.plug().map_err(|e| e.to_string())?;
+    ensure!(soon(|| chip.value(1)), "the output is not driven again");
+    let told = driver.told();
+    ensure!(told == ["gpio connected"], "events: {told:?}");
+    Ok(())
+}
+
+/// `initial` holds until the lane behind an output has executed, and never again.
+pub(crate) fn initial() -> Outcome {
+    let mut chip = Chip::new("initial", 2, &[])?;
+    let points = vec![point("lamp", &[("line", number(1)), ("initial", Bool(true))], Some(false)), input("a", 0)];
+    let mut driver = Running::start_with("initial", points, Outputs::STARTING)?;
+    driver.demand(0, 0);
+    ensure!(soon(|| driver.good(0, false)), "it does not run");
+    std::thread::sleep(Duration::from_millis(100));
+    ensure!(chip.value(1), "the lane has not begun, and the output does not show `initial`");
+    driver.demand(1, Outputs::RUNNING);
+    ensure!(soon(|| !chip.value(1)), "the output does not follow");
+    driver.demand(0, 1);
+    ensure!(soon(|| chip.value(1)), "the output does not follow");
+    driver.demand(1, STOPPED);
+    ensure!(soon(|| !chip.value(1)), "the output is not safe");
+    chip.unplug();
+    ensure!(soon(|| !driver.good(0, false)), "the loss is not seen");
+    chip.plug().map_err(|e| e.to_string())?;
+    chip.pull(1, true);
+    ensure!(soon(|| driver.good(0, false)), "it does not run again");
+    ensure!(!chip.value(1), "the line began anew with `initial`");
     Ok(())
 }

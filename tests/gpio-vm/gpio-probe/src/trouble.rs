@@ -143,6 +143,48 @@ pub(crate) fn unplugged() -> Outcome {
     Ok(())
 }
 
+/// Nothing is read, and what is written has been written before.
+pub(crate) fn outputs_alone() -> Outcome {
+    let mut chip = Chip::new("alone", 2, &[])?;
+    let mut lane = Lane::open("alone", vec![output("trip", 0), output("lamp", 1)])?;
+    lane.write(&[true, false]);
+    lane.idle();
+    let told = lane.transitions();
+    ensure!(lane.direct.healthy() && told.len() == 1, "a chip that is there is lost: {told:?}");
+    chip.unplug();
+    lane.write(&[true, false]);
+    lane.idle();
+    lane.idle();
+    let told = lane.transitions();
+    ensure!(!lane.direct.healthy() && told == [("gpio".to_owned(), "lost")], "events: {told:?}");
+    chip.plug().map_err(|e| e.to_string())?;
+    lane.reopen();
+    lane.write(&[true, false]);
+    let told = lane.transitions();
+    ensure!(lane.direct.healthy() && told == [("gpio".to_owned(), "connected")], "events: {told:?}");
+    ensure!(chip.value(0) && !chip.value(1), "the outputs are not driven again");
+    Ok(())
+}
+
+/// A chip that is away is not looked for every second, and another trouble is.
+pub(crate) fn pauses() -> Outcome {
+    let mut chip = Chip::new("pauses", 1, &[])?;
+    let mut lane = Lane::open("pauses", vec![output("trip", 0)])?;
+    chip.unplug();
+    lane.idle();
+    // Tries at 0, 2, 6 and 14 s.
+    for _ in 0..7 {
+        lane.direct.open(&mut |e| lane.events.push(e));
+    }
+    chip.plug().map_err(|e| e.to_string())?;
+    for second in 7..15 {
+        ensure!(!lane.direct.healthy(), "the chip was looked for after {} s", second - 1);
+        lane.direct.open(&mut |e| lane.events.push(e));
+    }
+    ensure!(lane.direct.healthy(), "the chip was not looked for after 14 s");
+    Ok(())
+}
+
 pub(crate) fn unplugged_while_waiting() -> Outcome {
     let mut chip = Chip::new("waiting", 1, &[])?;
     let mut lane = Lane::healthy(&chip, vec![edge("door", 0)])?;

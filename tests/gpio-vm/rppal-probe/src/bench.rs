@@ -90,9 +90,12 @@ impl Lane {
         if lane.direct.healthy() && lane.told.is_empty() { Ok(lane) } else { Err(format!("told: {:?}", lane.told)) }
     }
 
+    /// Half a minute passes, in which the lane calls once a second: longer than any pause between two tries.
     pub(crate) fn try_open(&mut self) {
         let told = &mut self.told;
-        self.direct.open(&mut |e| told.push(render(&e)));
+        for _ in 0..31 {
+            self.direct.open(&mut |e| told.push(render(&e)));
+        }
     }
 
     pub(crate) fn level(&mut self, point: usize) -> Option<bool> {

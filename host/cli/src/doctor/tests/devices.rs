@@ -2,15 +2,16 @@
 
 use super::cases::{cyclic, table};
 use super::machines::{DIALOUT, Fake, GPIO, container, pi_4, pi_5, virtual_machine};
-use super::{findings, interlock, lane};
+use super::{findings, interlock, lane, wanted};
 use crate::doctor::Status;
 use crate::doctor::machine::Cache;
-use crate::doctor::needs::{LaneKind, Needs};
+use crate::doctor::needs::{LaneKind, LineName, LineNeeds, Needs};
 
 #[test]
 fn gpio() {
     let wants = |chip: &str| Some(Needs { gpio: vec![("pins".into(), Some(chip.into()))], ..Needs::default() });
     let member = |fake: Fake| fake.file("/etc/group", "gpio:x:993:bob,alice");
+    let link_to_closed = || pi_4().link("/dev/pins", "/dev/gpiochip1");
     let rule = || Fake::new().node("/dev/gpiochip0", "r", 0, 0o644);
     table(
         "gpio-chips",
@@ -35,6 +36,35 @@ fn gpio() {
                 r#"KERNEL=="gpiochip*", GROUP="gpio", MODE="0660""#,
             ),
             ("another chip", pi_5(), wants("/dev/gpiochip4"), Status::Bad, "latchwork gpio"),
+            (
+                "a link to it",
+                pi_5().link("/dev/gpiochip4", "/dev/gpiochip0"),
+                wants("gpiochip4"),
+                Status::Ok,
+                "may be read",
+            ),
+            ("a link to a closed one", link_to_closed(), wants("/dev/pins"), Status::Bad, "usermod -aG gpio alice"),
+            (
+                "another label",
+                pi_5(),
+                wants("pinctrl-bcm2711"),
+                Status::Bad,
+                "pinctrl-bcm2711, which driver pins names, is not there; here is /dev/gpiochip0 (\"pinctrl-rp1\")",
+            ),
+            (
+                "a label of a closed chip, perhaps",
+                pi_4(),
+                wants("pinctrl-bcm2711"),
+                Status::Bad,
+                "usermod -aG gpio alice",
+            ),
+            (
+                "a label of two chips",
+                pi_5().chip("/dev/gpiochip7", "pinctrl-rp1", &[]),
+                wants("pinctrl-rp1"),
+                Status::Bad,
+                "/dev/gpiochip0 and /dev/gpiochip7 have the label",
+            ),
             ("no chip, needed", virtual_machine(), wants("pinctrl"), Status::Bad, "no /dev/gpiochip*"),
             ("no chip, not needed", virtual_machine(), None, Status::Ok, "none needed"),
         ],
@@ -50,6 +80,45 @@ fn gpio() {
         ],
     );
     assert!(findings(&virtual_machine(), None).iter().all(|f| f.check != "gpio-registers"));
+}
+
+#[test]
+fn gpio_lines() {
+    let wants = |lines: Vec<LineNeeds>| Some(Needs { lines, ..Needs::default() });
+    let one = |chip: &str, number| wants(vec![wanted("pins.door", Some(chip), number)]);
+    let board = || {
+        let holders = [None, Some("spi0 CS0"), Some(""), Some("latchwork gpio.door")];
+        Fake::new().chip("/dev/gpiochip0", "pinctrl-rp1", &holders).link("/dev/gpiochip4", "/dev/gpiochip0")
+    };
+    table(
+        "gpio-lines",
+        [
+            ("free", board(), one("gpiochip0", 0), Status::Ok, "the line"),
+            (
+                "held",
+                board(),
+                one("pinctrl-rp1", 1),
+                Status::Bad,
+                "line 1 of /dev/gpiochip0 (pins.door) by \"spi0 CS0\"",
+            ),
+            ("held, by a link", board(), one("/dev/gpiochip4", 2), Status::Bad, "somebody who gave no name"),
+            ("held by a plant", board(), one("gpiochip0", 3), Status::Note, "latchwork gpio.door"),
+            ("not there", board(), one("gpiochip0", 4), Status::Bad, "not there: line 4"),
+            ("of a Raspberry Pi's pins", board(), wants(vec![wanted("pi.door", None, 1)]), Status::Bad, "spi0 CS0"),
+            (
+                "by its name",
+                board(),
+                wants(vec![LineNeeds {
+                    line: LineName::Name("GPIO1".into()),
+                    ..wanted("pins.door", Some("gpiochip0"), 0)
+                }]),
+                Status::Bad,
+                "line \"GPIO1\" of /dev/gpiochip0 (pins.door) by \"spi0 CS0\"",
+            ),
+        ],
+    );
+    // A chip that cannot be read is a finding of another check.
+    assert!(findings(&pi_4(), one("gpiochip0", 1).as_ref()).iter().all(|f| f.check != "gpio-lines"));
 }
 
 #[test]

@@ -1,8 +1,9 @@
 //! Machines for tests: trees of files in a temporary folder, and values beside them.
 
 use crate::doctor::machine::{Cache, Machine, Node, Trial};
+use latchwork_io::gpio::{ChipInfo, LineInfo};
 use std::collections::BTreeMap;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use tempfile::TempDir;
 
 /// A machine that is being made; the folder lives as long as it does.
@@ -25,6 +26,7 @@ impl Fake {
             arch: "aarch64",
             trial: Trial { priority: 50, refused: None },
             nodes: BTreeMap::new(),
+            chips: Vec::new(),
             program: PathBuf::from("/usr/local/bin/latchwork"),
             cache: Cache::Folder(PathBuf::from("/home/alice/.cache/latchwork")),
         };
@@ -75,8 +77,35 @@ impl Fake {
     /// A device or folder, with what alice may do: `rw`, `r`, `w` or nothing.
     pub(super) fn node(mut self, path: &str, rights: &str, group: u32, mode: u32) -> Self {
         let (read, write, ours) = (rights.contains('r'), rights.contains('w'), path.starts_with("/home/alice"));
-        self.machine.nodes.insert(path.into(), Node { read, write, ours, group, mode });
+        self.machine.nodes.insert(path.into(), Node { read, write, ours, group, mode, real: path.into() });
         self
+    }
+
+    /// A second name of a device.
+    pub(super) fn link(mut self, path: &str, to: &str) -> Self {
+        let node = self.machine.nodes[Path::new(to)].clone();
+        self.machine.nodes.insert(path.into(), node);
+        self
+    }
+
+    /// A chip that alice may open; its lines with the names of those who hold them.
+    pub(super) fn chip(mut self, path: &str, label: &str, holders: &[Option<&str>]) -> Self {
+        let line = |(number, holder): (usize, &Option<&str>)| LineInfo {
+            number: number as u32,
+            name: format!("GPIO{number}"),
+            direction: "input",
+            active_low: false,
+            bias: None,
+            edge: None,
+            drive: None,
+            debounce: None,
+            used: holder.is_some(),
+            consumer: holder.unwrap_or_default().into(),
+        };
+        let lines = holders.iter().enumerate().map(line).collect();
+        let name = path.trim_start_matches("/dev/").into();
+        self.machine.chips.push(ChipInfo { path: path.into(), name, label: label.into(), lines });
+        self.node(path, "rw", GPIO, 0o660)
     }
 
     /// CPUs 0 to n − 1 with a governor.
@@ -146,7 +175,7 @@ pub(super) fn pi_5() -> Fake {
             ("/sys/class/watchdog/watchdog0/state", "inactive"),
             ("/sys/class/watchdog/watchdog0/nowayout", "0"),
         ])
-        .node("/dev/gpiochip0", "rw", GPIO, 0o660)
+        .chip("/dev/gpiochip0", "pinctrl-rp1", &[None; 54])
         .node("/dev/gpiomem0", "rw", GPIO, 0o660)
         .node("/dev/watchdog", "rw", 1000, 0o660)
         .node("/dev/ttyUSB0", "rw", DIALOUT, 0o660)

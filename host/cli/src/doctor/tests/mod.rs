@@ -4,7 +4,7 @@ mod cases;
 mod devices;
 mod machines;
 
-use super::needs::{LaneKind, LaneNeeds, Needs};
+use super::needs::{LaneKind, LaneNeeds, LineName, LineNeeds, Needs};
 use super::{Finding, Status, examine, json, text};
 use insta::assert_snapshot;
 use machines::{Fake, container, pi_4, pi_5, virtual_machine};
@@ -13,12 +13,17 @@ fn lane(name: &str, kind: LaneKind, priority: u8, cpu: Option<usize>) -> LaneNee
     LaneNeeds { name: name.into(), priority, cpu, kind }
 }
 
+fn wanted(point: &str, chip: Option<&str>, number: u32) -> LineNeeds {
+    LineNeeds { point: point.into(), chip: chip.map(String::from), line: LineName::Number(number) }
+}
+
 /// A plant with everything: edges, a serial line, a watchdog.
 fn interlock(main: u8, trip: u8, cpu: Option<usize>) -> Needs {
     Needs {
         lanes: vec![lane("main", LaneKind::Cyclic, main, None), lane("trip", LaneKind::Edges, trip, cpu)],
         gpio: vec![("pins".into(), Some("/dev/gpiochip0".into()))],
         rppal: Vec::new(),
+        lines: vec![wanted("pins.door", Some("/dev/gpiochip0"), 17)],
         serial: vec!["/dev/ttyUSB0".into()],
         watchdog: Some("/dev/watchdog".into()),
     }

@@ -25,6 +25,7 @@ fn points() {
         &[("holding-register", Integer(65533)), ("type", text("f64"))],
         &[("input-register", Integer(0)), ("type", text("u16")), ("words", text("big"))],
         &[("input-register", Integer(0)), ("type", text("u16")), ("bit", Integer(3))],
+        &[("coil", Integer(0)), ("real", Value::Bool(true))],
     ];
     let shown = cases.iter().map(|keys| {
         let problems = (TCP.point)(&values(keys)).expect_err("this is wrong");
@@ -38,6 +39,7 @@ fn points() {
 fn shapes() {
     for (keys, ty, writable) in [
         (&[("coil", Integer(0))][..], "bool", true),
+        (&[("holding-register", Integer(0)), ("type", text("s16")), ("real", Value::Bool(true))], "f64", true),
         (&[("discrete-input", Integer(65535)), ("type", text("bool"))], "bool", false),
         (&[("input-register", Integer(65535))], "u16", false),
         (&[("holding-register", Integer(65532)), ("type", text("f64")), ("words", text("little"))], "f64", true),
