@@ -8,6 +8,7 @@ mod cyclictest;
 mod figures;
 mod plants;
 mod plot;
+mod share;
 mod timer;
 
 use figures::Figures;
@@ -62,6 +63,7 @@ impl Args {
 
 fn main() {
     let args = Args::parse();
+    let _share = share::Share::take(args.cpu);
     let per_ms = plants::iterations_per_ms();
     let mut all = Vec::new();
     for scan_ms in SCANS_MS {
@@ -128,7 +130,7 @@ fn cyclic(args: &Args, scan_ms: u64, burn: u64) -> Figures {
         output.refresh();
         let before = output.cell(0);
         // Spread over the cycle, in no step with it.
-        let at = monotonic() + 1_000_000 + (n * 618_034 % 1_000_000) * scan_ms * 5 / 4;
+        let at = monotonic() + 1_000_000 + (n * 618_034 % 1_000_000) * plants::period_ms(scan_ms);
         line.arm(at, 0);
         let limit = at + (scan_ms * 10 + 1000) * 1_000_000;
         loop {
@@ -166,7 +168,8 @@ fn sustained(args: &Args) -> String {
 
 fn table(args: &Args, all: &[Measured]) -> String {
     let mut page = format!(
-        "{} edges, one every {INTERVAL_US} µs, on one CPU with the main lane; µs (the cyclic path in ms).\n\n\
+        "{} edges, one every {INTERVAL_US} µs, on one CPU with the main lane, whose period is twice its scan; µs (the cyclic path \
+         in ms).\n\n\
          | main scan | interrupt lane p50 | p99 | p99.9 | max | cyclictest p50 | p99 | p99.9 | max | cyclic path p50, ms | max, ms |\n\
          |---|---|---|---|---|---|---|---|---|---|---|\n",
         args.events

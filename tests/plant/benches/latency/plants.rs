@@ -44,9 +44,14 @@ impl Observer for Told {
     }
 }
 
+/// Period of the main lane, ms. Half of the CPU is left over: real-time threads that take more than 95 % of it for a second,
+/// on a machine that is slower for a moment, are halted by the kernel for the rest of that second (`sched_rt_runtime_us`).
+pub(crate) fn period_ms(scan_ms: u64) -> u64 {
+    2 * scan_ms
+}
+
 fn text(cpu: usize, scan_ms: u64, burn: u64, interrupt: bool) -> String {
-    // The load leaves a fifth of the CPU to the rest of the machine.
-    let every = scan_ms * 5 / 4 + 1;
+    let every = period_ms(scan_ms);
     let mut text = format!(
         "[lane.main]\nevery = \"{every}ms\"\nwatchdog = \"60s\"\ncpu = {cpu}\n\
          [driver.gpio]\nkind = \"gpio\"\nchip = \"/dev/gpiochip0\"\n\

