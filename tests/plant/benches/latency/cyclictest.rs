@@ -1,10 +1,10 @@
 //! cyclictest: what the kernel of this machine gives a thread of the same priority on the same CPU.
 
-use super::figures::Figures;
 use std::process::Command;
 
-/// Runs it beside whatever load there is; `None` with a line on stderr where it cannot be had.
-pub(crate) fn run(cpu: usize, priority: u8, interval_us: u64, events: usize) -> Option<Figures> {
+/// Runs it beside whatever load there is: its samples in ns, and the longest, which may lie beyond them. `None` with a line on
+/// stderr where it cannot be had.
+pub(crate) fn run(cpu: usize, priority: u8, interval_us: u64, events: usize) -> Option<(Vec<u64>, u64)> {
     let mut command = Command::new("cyclictest");
     command.args(["--quiet", "--mlockall", "--threads=1", "--histogram=5000"]);
     command.arg(format!("--affinity={cpu}")).arg(format!("--priority={priority}"));
@@ -34,8 +34,5 @@ pub(crate) fn run(cpu: usize, priority: u8, interval_us: u64, events: usize) -> 
             samples.extend(std::iter::repeat_n(us * 1000, count));
         }
     }
-    let mut figures = Figures::new(samples);
-    // Beyond the histogram only the largest is known.
-    figures.max = figures.max.max(max * 1000);
-    Some(figures)
+    Some((samples, max * 1000))
 }

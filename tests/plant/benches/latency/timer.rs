@@ -32,7 +32,7 @@ pub(crate) struct Line {
 }
 
 impl Line {
-    /// With room for so many samples.
+    /// For so many edges: what the timer makes beyond them is no edge.
     pub(crate) fn new(room: usize) -> Arc<Self> {
         let timer = timerfd_create(TimerfdClockId::Monotonic, TimerfdFlags::NONBLOCK | TimerfdFlags::CLOEXEC);
         Arc::new(Self {
@@ -53,10 +53,10 @@ impl Line {
         timerfd_settime(&self.timer, TimerfdTimerFlags::ABSTIME, &spec).expect("a timer that is set");
     }
 
-    /// Times from edge to output so far, ns.
-    pub(crate) fn samples(&self) -> Vec<u64> {
+    /// Times from edge to output so far, ns; true for edges that woke the lane, false for those that it found waiting.
+    pub(crate) fn samples(&self) -> impl Iterator<Item = (u64, bool)> {
         let taken = self.taken.load(Ordering::SeqCst).min(self.samples.len());
-        self.samples[..taken].iter().map(|s| s.load(Ordering::Relaxed)).collect()
+        self.samples[..taken].iter().map(|s| s.load(Ordering::Relaxed)).map(|s| (s >> 1, s & 1 == 1))
     }
 }
 
@@ -66,7 +66,8 @@ pub(crate) struct TimerLine {
     level: bool,
     passed: u64,
     armed: u64,
-    open: VecDeque<u64>,
+    /// Edges whose outputs have not come yet; true for those that woke the lane.
+    open: VecDeque<(u64, bool)>,
     shown: u64,
     /// Takes the system call that a GPIO line would take.
     output: File,
@@ -103,11 +104,14 @@ impl Direct for TimerLine {
         if std::mem::replace(&mut self.armed, first) != first {
             self.passed = 0;
         }
-        for _ in 0..u64::from_ne_bytes(count) {
+        for n in 0..u64::from_ne_bytes(count) {
+            if self.line.edges.load(Ordering::Relaxed) >= self.line.samples.len() {
+                break;
+            }
             let at = first + self.passed * self.line.interval.load(Ordering::SeqCst);
             self.passed += 1;
             self.level = !self.level;
-            self.open.push_back(at);
+            self.open.push_back((at, n == 0));
             self.line.edges.fetch_add(1, Ordering::Relaxed);
             take(Edge { point: 0, at, level: self.level, missed: 0 });
         }
@@ -124,10 +128,10 @@ impl Direct for TimerLine {
         }
         self.shown = outputs[0];
         rustix::io::write(&self.output, &[self.shown as u8]).expect("/dev/null takes all");
-        let Some(at) = self.open.pop_front() else { return };
+        let Some((at, woke)) = self.open.pop_front() else { return };
         let taken = self.line.taken.fetch_add(1, Ordering::Relaxed);
         if let Some(sample) = self.line.samples.get(taken) {
-            sample.store(monotonic().saturating_sub(at), Ordering::Relaxed);
+            sample.store(monotonic().saturating_sub(at) << 1 | u64::from(woke), Ordering::Relaxed);
         }
     }
 }
