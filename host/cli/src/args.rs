@@ -59,11 +59,80 @@ pub(crate) enum Command {
     /// Nothing is taken or changed, so this may be used while a plant runs. Where the user may not open a chip, it says
     /// which group or udev rule helps.
     Gpio(Gpio),
+    /// Verify or export the journal that `run --data` keeps.
+    Journal(Journal),
     /// Print the JSON Schema of the plant file, for editors.
     ///
     /// In VS Code with the Even Better TOML extension, put `#:schema plant.schema.json` in the first line of the plant
     /// file after `latchwork schema > plant.schema.json`.
     Schema,
+}
+
+/// `latchwork journal`
+#[derive(ClapArgs, Debug)]
+pub(crate) struct Journal {
+    /// What to do with it.
+    #[command(subcommand)]
+    pub(crate) command: JournalCommand,
+}
+
+/// The commands of a journal.
+#[derive(Subcommand, Debug)]
+pub(crate) enum JournalCommand {
+    /// Tell whether a journal is whole: no damage, no number missing without a `lost` record that says so.
+    Verify(VerifyJournal),
+    /// Write records as CSV or JSON Lines, to the output or into a file such as one on a USB stick.
+    Export(Export),
+}
+
+/// `latchwork journal verify`
+#[derive(ClapArgs, Debug)]
+pub(crate) struct VerifyJournal {
+    /// The folder that `run --data` was given; a plant may be running with it.
+    #[arg(value_name = "DIR")]
+    pub(crate) folder: PathBuf,
+    /// Print as JSON.
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
+/// How records are written.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum Format {
+    /// A header and a row per record, for spreadsheets.
+    Csv,
+    /// A JSON object per line.
+    Jsonl,
+}
+
+/// `latchwork journal export`
+#[derive(ClapArgs, Debug)]
+pub(crate) struct Export {
+    /// The folder that `run --data` was given; a plant may be running with it.
+    #[arg(value_name = "DIR")]
+    pub(crate) folder: PathBuf,
+    /// Only records from this time on: 2026-11-27 (midnight UTC) or 2026-11-27T09:30:00Z.
+    #[arg(long, value_name = "TIME", value_parser = instant)]
+    pub(crate) from: Option<u64>,
+    /// Only records before this time.
+    #[arg(long, value_name = "TIME", value_parser = instant)]
+    pub(crate) to: Option<u64>,
+    /// Form of the output.
+    #[arg(long, value_enum, default_value = "jsonl")]
+    pub(crate) format: Format,
+    /// Write into this file instead of the output; it is on the disk when the program ends.
+    #[arg(long, short, value_name = "FILE")]
+    pub(crate) output: Option<PathBuf>,
+}
+
+/// A point in time, ns since 1970.
+fn instant(text: &str) -> Result<u64, String> {
+    let midnight = |date: jiff::civil::Date| {
+        jiff::tz::TimeZone::UTC.to_timestamp(date.to_datetime(jiff::civil::Time::midnight())).ok()
+    };
+    let time = text.parse::<jiff::Timestamp>().ok().or_else(|| midnight(text.parse().ok()?));
+    time.and_then(|t| u64::try_from(t.as_nanosecond()).ok())
+        .ok_or_else(|| "expected a time since 1970, as in 2026-11-27 or 2026-11-27T09:30:00Z".into())
 }
 
 /// Which clock.
@@ -102,6 +171,9 @@ pub(crate) struct Run {
     /// Tags to trace; lane.* only when named.
     #[arg(long, value_name = "GLOB", default_value = "*", requires = "trace")]
     pub(crate) trace_tags: String,
+    /// Keep every record in a journal in this folder, on the disk within 100 ms; numbers go on from run to run.
+    #[arg(long, value_name = "DIR")]
+    pub(crate) data: Option<PathBuf>,
     /// Write every record as a line of JSON.
     #[arg(long, value_name = "FILE")]
     pub(crate) records: Option<PathBuf>,

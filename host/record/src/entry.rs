@@ -39,6 +39,27 @@ pub enum Kind {
 }
 
 impl Kind {
+    /// All kinds, in the order of their numbers.
+    pub const ALL: [Self; 12] = [
+        Self::Alarm,
+        Self::Command,
+        Self::Setting,
+        Self::Event,
+        Self::Message,
+        Self::Io,
+        Self::Lane,
+        Self::Fault,
+        Self::Swap,
+        Self::Audit,
+        Self::Heartbeat,
+        Self::Lost,
+    ];
+
+    /// The kind of a number, as `kind as u8` gives it.
+    pub fn from_number(number: u8) -> Option<Self> {
+        Self::ALL.get(usize::from(number)).copied()
+    }
+
     /// The word in files: `alarm`, `io`, …
     pub fn name(self) -> &'static str {
         match self {

@@ -1,8 +1,8 @@
 //! Records: what a plant tells about itself, from the lane that notices it to the file that keeps it.
 //!
 //! Owns the entry a lane pushes without allocating, the bounded queue it goes through, the router that orders entries
-//! of all queues by time and numbers them, and the JSON form of a record. It must never know what a block, a driver or
-//! an alarm rule is: sources are names, values are plain.
+//! of all queues by time and numbers them, the journal that keeps them on disk, and the JSON form of a record. It must never
+//! know what a block, a driver or an alarm rule is: sources are names, values are plain.
 //!
 //! ```text
 //! lane ──Entry──► Queue (bounded, lock-free) ─┐
@@ -12,6 +12,7 @@
 #![forbid(unsafe_code)]
 
 mod entry;
+pub mod journal;
 mod queue;
 mod record;
 mod router;

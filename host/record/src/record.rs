@@ -3,6 +3,7 @@
 use crate::Kind;
 use latchwork_image::Value;
 use serde::{Serialize, Serializer};
+use std::borrow::Cow;
 
 /// One numbered record.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -17,7 +18,7 @@ pub struct Record {
     /// What it is about: a tag, a block, a driver, a lane.
     pub source: String,
     /// What happened, in one word.
-    pub transition: &'static str,
+    pub transition: Cow<'static, str>,
     /// Value before.
     pub previous: Value,
     /// Value after.
@@ -60,7 +61,7 @@ mod tests {
             time: 1_250_000_000,
             kind: Kind::Alarm,
             source: "unit.alarms.high".into(),
-            transition: "raised",
+            transition: "raised".into(),
             previous: Value::Boolean(false),
             current: Value::Boolean(true),
             priority: 100,

@@ -60,6 +60,11 @@ impl Router {
         self.epoch = epoch;
     }
 
+    /// Goes on after a number: that of the last record there may be.
+    pub fn continue_after(&mut self, seq: u64) {
+        self.seq = seq;
+    }
+
     /// Adds a queue. Entries of equal time leave in the order of the queues.
     pub fn add(&mut self, incoming: Incoming) {
         self.incoming.push(incoming);
@@ -108,7 +113,7 @@ impl Router {
             time: self.epoch.saturating_add(time),
             kind,
             source: source.to_owned(),
-            transition,
+            transition: transition.into(),
             previous: Value::None,
             current: Value::None,
             priority: 255,
@@ -123,7 +128,7 @@ impl Router {
             time: self.epoch.saturating_add(entry.time),
             kind: entry.kind,
             source: self.source(entry.source).to_owned(),
-            transition: entry.transition,
+            transition: entry.transition.into(),
             previous: entry.previous.into(),
             current: entry.current.into(),
             priority: entry.priority,

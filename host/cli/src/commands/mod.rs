@@ -4,6 +4,7 @@ mod check;
 mod doctor;
 mod gpio;
 mod inspect;
+mod journal;
 mod run;
 mod schema;
 mod tags;
@@ -28,6 +29,7 @@ pub(crate) fn execute(args: Args) -> Result<Exit> {
         Command::Tags(tags) => tags::execute(&engine()?, tags),
         Command::Doctor(doctor) => doctor::execute(engine, doctor, folder(args.cache.clone(), args.no_cache)),
         Command::Gpio(gpio) => gpio::execute(gpio),
+        Command::Journal(journal) => journal::execute(journal),
         Command::Schema => schema::execute(),
     }
 }

@@ -4,7 +4,7 @@ use super::load;
 use crate::Exit;
 use crate::args::{Run, Speed};
 use crate::report;
-use crate::run::{Files, Lines, Screen, Show, Table, Watcher, summary};
+use crate::run::{Files, Kept, Lines, Screen, Show, Table, Watcher, summary};
 use anyhow::{Context, Result, bail};
 use latchwork_block::Engine;
 use latchwork_plant::assemble::{Options, Plant, Time, assemble};
@@ -51,8 +51,9 @@ pub(super) fn execute(engine: &Engine, args: &Run) -> Result<Exit> {
     let options = RunOptions { duration: args.duration, scans: args.scans, stimulus: stimulus(&plant, args)? };
     let name = plant.model.name.clone();
     let files = Files::create(&plant, args.trace.as_deref(), args.records.as_deref())?;
+    let journal = args.data.as_ref().map(|folder| Kept::open(folder, &mut plant)).transpose()?;
     let show = show(&plant, args);
-    let mut watcher = Watcher::new(files, show);
+    let mut watcher = Watcher::new(files, journal, show);
     let outcome = match time {
         Time::Virtual => run_virtual(plant, &options, &stop, &mut watcher),
         Time::Real => {

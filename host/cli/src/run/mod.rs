@@ -1,6 +1,7 @@
 //! What a user sees and keeps of a run: files, a live table or a line a second, a summary.
 
 mod files;
+mod journal;
 mod lines;
 mod picture;
 mod screen;
@@ -8,6 +9,7 @@ pub(crate) mod summary;
 mod table;
 
 pub(crate) use files::Files;
+pub(crate) use journal::Kept;
 pub(crate) use lines::Lines;
 pub(crate) use picture::Picture;
 pub(crate) use screen::Screen;
@@ -67,26 +69,31 @@ pub(crate) struct Written {
 /// Watches a run for a user.
 pub(crate) struct Watcher {
     files: Files,
+    journal: Option<Kept>,
     show: Box<dyn Show>,
     history: History,
     now: u64,
 }
 
 impl Watcher {
-    pub(crate) fn new(files: Files, show: Box<dyn Show>) -> Self {
-        Self { files, show, history: History::default(), now: 0 }
+    pub(crate) fn new(files: Files, journal: Option<Kept>, show: Box<dyn Show>) -> Self {
+        Self { files, journal, show, history: History::default(), now: 0 }
     }
 
     /// Closes files and display.
     pub(crate) fn finish(mut self) -> Written {
         self.show.end(self.now, &self.history);
         let (rows, error) = self.files.finish();
-        Written { by_kind: self.history.by_kind, rows, error }
+        let of_journal = self.journal.and_then(Kept::finish);
+        Written { by_kind: self.history.by_kind, rows, error: of_journal.or(error) }
     }
 }
 
 impl Observer for Watcher {
     fn record(&mut self, record: &Record) {
+        if let Some(journal) = &mut self.journal {
+            journal.record(record);
+        }
         self.files.record(record);
         self.history.add(record);
     }
@@ -97,6 +104,9 @@ impl Observer for Watcher {
 
     fn tick(&mut self, now: u64) -> Control {
         self.now = now;
+        if let Some(journal) = &mut self.journal {
+            journal.tick(now);
+        }
         self.files.tick(now);
         self.show.tick(now, &self.history);
         Control::Continue

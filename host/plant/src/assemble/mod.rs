@@ -141,6 +141,8 @@ pub struct Plant {
     pub(crate) tick: u64,
     /// Wakes the threads of interrupt lanes.
     pub(crate) wakes: Vec<Arc<Wake>>,
+    /// The way for records about the journal, for whoever keeps it.
+    pub journal: Option<(Recorder, SourceId)>,
     /// Time of the oldest record that a lane may still make, by lane.
     pub(crate) oldest: Vec<Arc<AtomicU64>>,
 }
@@ -288,6 +290,10 @@ pub fn assemble(model: Model, engine: &Engine, options: &Options<'_>) -> Result<
         drivers.push(DriverParts { name, driver: made, region, outputs, recorder, sources: known.clone() });
     }
     forces.add_writer();
+    let source = sources.add(latchwork_record::journal::SOURCE.into());
+    let (recorder, incoming) = queue(QUEUE, source);
+    queues.push(incoming);
+    let journal = Some((recorder, source));
 
     let mut router = Router::new(sources.names);
     for incoming in queues {
@@ -310,5 +316,6 @@ pub fn assemble(model: Model, engine: &Engine, options: &Options<'_>) -> Result<
         tick,
         wakes: interrupts.wakes,
         oldest,
+        journal,
     })
 }

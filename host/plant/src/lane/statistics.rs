@@ -127,8 +127,8 @@ mod tests {
             s.report(due, &mut recorder, SourceId(0));
         }
         let mut seen = Vec::new();
-        router.release(u64::MAX, |r| seen.push((r.time, r.transition)));
-        assert_eq!(seen, [(500, "overrun"), (1590, "overrun-end")]);
+        router.release(u64::MAX, |r| seen.push(format!("{} {}", r.time, r.transition)));
+        assert_eq!(seen, ["500 overrun", "1590 overrun-end"]);
         assert_eq!((s.scans, s.overruns, s.scan_time_max), (300, 10, 25));
     }
 }

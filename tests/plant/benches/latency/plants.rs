@@ -29,7 +29,7 @@ impl Observer for Told {
     fn record(&mut self, record: &Record) {
         match record.kind {
             Kind::Lost => self.lost.push(format!("{} {} {}", record.source, record.transition, record.current)),
-            Kind::Lane | Kind::Fault if !["started", "stopped"].contains(&record.transition) => {
+            Kind::Lane | Kind::Fault if !["started", "stopped"].contains(&&*record.transition) => {
                 self.trouble.push(format!("{} {}: {}", record.source, record.transition, record.text));
             }
             _ => {}

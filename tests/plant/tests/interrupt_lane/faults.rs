@@ -17,7 +17,7 @@ fn a_fault_makes_the_outputs_safe_at_the_edge_that_caused_it() {
     let ran = trapping(SAFE).stimulus("5ms,gpio.fire,true\n7ms,gpio.beam,true\n8ms,gpio.fire,false\n").run_for(50 * MS);
     assert_eq!(ran.history("gpio.dump"), [(0, "false"), (7 * MS, "true")]);
     let fault = ran.records.iter().find(|r| r.kind == Kind::Fault).expect("a record of the fault");
-    assert_eq!((fault.time, fault.source.as_str(), fault.transition), (7 * MS, "fast", "trap"));
+    assert_eq!((fault.time, fault.source.as_str(), &*fault.transition), (7 * MS, "fast", "trap"));
     assert_eq!(edges(&ran), [(7 * MS, "gpio.beam", true)], "the edge is on record all the same");
     assert_eq!(ran.outcome.faulted[0].state, BlockState::Faulted);
 }

@@ -50,14 +50,14 @@ inputs = {{ a = "gpio.level", b = "gpio.door", c = "fast.outputs.trip", q = "gpi
 
 /// The event records of inputs: time, source, level.
 fn edges(ran: &Ran) -> Vec<(u64, &str, bool)> {
-    let of = |r: &Record| matches!(r.transition, "rising" | "falling") && r.kind == Kind::Event;
+    let of = |r: &Record| matches!(&*r.transition, "rising" | "falling") && r.kind == Kind::Event;
     ran.records.iter().filter(|r| of(r)).map(|r| (r.time, r.source.as_str(), r.transition == "rising")).collect()
 }
 
 /// What was lost, as told: source, transition, number.
 fn lost(ran: &Ran) -> Vec<(&str, &str, String)> {
     let of = ran.records.iter().filter(|r| r.kind == Kind::Lost);
-    of.map(|r| (r.source.as_str(), r.transition, r.current.to_string())).collect()
+    of.map(|r| (r.source.as_str(), &*r.transition, r.current.to_string())).collect()
 }
 
 /// Every record has its place by its time.

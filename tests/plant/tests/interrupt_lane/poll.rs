@@ -57,6 +57,6 @@ fn it_polls_values_of_any_type() {
     let ran = Rig::new(text).stimulus("3ms,field.level,7\n").run_for(50 * MS);
     let events: Vec<_> = ran.records.iter().filter(|r| r.source == "field.level").collect();
     assert_eq!(events.len(), 1);
-    let told = (events[0].time, events[0].transition, events[0].previous.to_string(), events[0].current.to_string());
+    let told = (events[0].time, &*events[0].transition, events[0].previous.to_string(), events[0].current.to_string());
     assert_eq!(told, (4 * MS, "changed", "3".into(), "7".into()));
 }
