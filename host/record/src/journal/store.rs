@@ -272,3 +272,44 @@ pub(super) fn record(row: &rusqlite::Row<'_>) -> rusqlite::Result<Record> {
 pub(super) fn explains(record: &Record) -> bool {
     record.kind == Kind::Lost && record.source == SOURCE
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::journal::{Filter, Reader};
+
+    fn record(seq: u64) -> Record {
+        Record {
+            seq,
+            time: seq,
+            kind: Kind::Event,
+            source: "x".into(),
+            transition: "changed".into(),
+            previous: Value::None,
+            current: Value::None,
+            priority: 0,
+            user: String::new(),
+            text: String::new(),
+        }
+    }
+
+    fn numbers(folder: &Path) -> Vec<u64> {
+        let reader = Reader::open(folder).expect("a journal");
+        reader.records(Filter::default(), 100).expect("records").iter().map(|r| r.seq).collect()
+    }
+
+    #[test]
+    fn a_file_begun_anew_while_the_plant_runs_keeps_what_is_written_then() {
+        let folder = tempfile::TempDir::new().expect("a folder");
+        let (mut store, _) = Store::open(folder.path()).expect("a journal");
+        store.write(&[record(1), record(2)]).expect("room");
+        let aside = store.begin_anew().expect("a new file");
+        assert!(aside.exists());
+        store.write(&[record(3)]).expect("room");
+        // Another program sees it at once, and it is there after the end.
+        assert_eq!(numbers(folder.path()), [3]);
+        assert!(folder.path().join("journal.db-wal").exists(), "the new file has its log");
+        drop(store);
+        assert_eq!(numbers(folder.path()), [3]);
+    }
+}
