@@ -14,6 +14,7 @@ mod file;
 pub mod lane;
 pub mod layout;
 pub mod model;
+pub mod operate;
 pub mod run;
 pub mod schema;
 pub mod sim;

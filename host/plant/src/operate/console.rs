@@ -1,0 +1,72 @@
+//! The way from whoever brings wishes to the plant's own thread.
+
+use super::{Answer, Operation, Operator, Refused};
+use std::sync::mpsc::{Receiver, Sender, SyncSender, channel, sync_channel, TrySendError};
+use std::time::Duration;
+
+/// Wishes that may wait at once.
+const WAITING: usize = 256;
+
+/// A wish on its way.
+pub struct Pending {
+    /// Who.
+    pub operator: Operator,
+    /// What.
+    pub operation: Operation,
+    /// Why the policy forbids it: the plant refuses it then, and records that.
+    pub forbidden: Option<String>,
+    pub(super) answer: Sender<Result<Answer, Refused>>,
+}
+
+impl Pending {
+    /// Answers; whoever asked may be gone.
+    pub fn answer(self, answer: Result<Answer, Refused>) {
+        let _ = self.answer.send(answer);
+    }
+}
+
+/// The operators' end; clone it for each connection.
+#[derive(Clone)]
+pub struct Console {
+    sender: SyncSender<Pending>,
+}
+
+/// The plant's end.
+pub struct Wishes {
+    receiver: Receiver<Pending>,
+}
+
+/// A console and the plant's end of it.
+pub fn console() -> (Console, Wishes) {
+    let (sender, receiver) = sync_channel(WAITING);
+    (Console { sender }, Wishes { receiver })
+}
+
+impl Console {
+    /// Brings a wish and waits for the answer at most `limit`. It blocks: not for an asynchronous task.
+    ///
+    /// # Errors
+    /// What the plant refuses; a plant that has ended or does not answer.
+    pub fn ask(
+        &self,
+        operator: Operator,
+        operation: Operation,
+        forbidden: Option<String>,
+        limit: Duration,
+    ) -> Result<Answer, Refused> {
+        let (answer, told) = channel();
+        self.sender.try_send(Pending { operator, operation, forbidden, answer }).map_err(|error| match error {
+            TrySendError::Full(_) => Refused::new("busy", "too many wishes wait for the plant; try again"),
+            TrySendError::Disconnected(_) => Refused::new("gone", "the plant has ended"),
+        })?;
+        told.recv_timeout(limit)
+            .unwrap_or_else(|_| Err(Refused::new("gone", "the plant has not answered; it may have ended")))
+    }
+}
+
+impl Wishes {
+    /// The next wish, if one waits.
+    pub fn next(&self) -> Option<Pending> {
+        self.receiver.try_recv().ok()
+    }
+}

@@ -1,0 +1,13 @@
+//! Loggers that the records of a plant go to: files, brokers, system logs, components.
+//!
+//! Owns the interface of a sink, the kinds there are, and the thread that takes each sink through the journal from its own
+//! stored cursor. It must never know what a lane, a block or an alarm rule is: it reads records.
+//!
+//! ```text
+//! Journal ──durable()──► runner, a thread per sink ──batch──► Sink::write ──highest number kept──► cursor, stored
+//! ```
+#![forbid(unsafe_code)]
+
+mod sink;
+
+pub use sink::{Config, Problem, Sink, SinkKind};

@@ -1,0 +1,60 @@
+//! The interface between the journal and a sink.
+
+use latchwork_record::Record;
+use latchwork_schema::{Section, Values};
+use std::path::PathBuf;
+
+/// A kind of sink: `jsonl`, `mqtt`, … One static of this type per kind, listed in [`crate::kinds`].
+pub struct SinkKind {
+    /// Name in the plant file.
+    pub name: &'static str,
+    /// Keys of `[sink.NAME]` besides those every sink has.
+    pub keys: &'static Section,
+    /// What is wrong with the keys taken together.
+    pub check: fn(&Config) -> Vec<Problem>,
+    /// Makes the sink. What may be missing for a time (a broker) is not opened here.
+    pub open: fn(&Config) -> Result<Box<dyn Sink>, String>,
+}
+
+/// What is wrong, and at which key (empty: at the table itself).
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Problem {
+    /// Key, or empty.
+    pub key: String,
+    /// What was found and what was expected.
+    pub message: String,
+    /// The way out.
+    pub help: Option<String>,
+}
+
+/// A sink as the plant file has it.
+#[derive(Clone, Debug)]
+pub struct Config {
+    /// Name of the sink.
+    pub name: String,
+    /// Name of the plant.
+    pub plant: String,
+    /// Folder of the plant file, which relative paths begin at.
+    pub folder: PathBuf,
+    /// Its keys.
+    pub values: Values,
+}
+
+/// Where records go. It works on a thread of its own and may take its time.
+pub trait Sink: Send {
+    /// Number of the last record that it is known to have, where it can tell by itself (from its own file): what stands in
+    /// the stored cursor is older than that after a kill.
+    fn kept(&mut self) -> Option<u64> {
+        None
+    }
+
+    /// Takes records in the order of their numbers; the highest number that is safely kept now. Those after it are offered
+    /// again.
+    ///
+    /// # Errors
+    /// A sentence for a person; the whole batch is offered again after a pause.
+    fn write(&mut self, batch: &[Record]) -> Result<u64, String>;
+
+    /// Now and then while there is nothing to write.
+    fn idle(&mut self) {}
+}
