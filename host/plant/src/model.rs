@@ -6,6 +6,8 @@ use latchwork_block::{Class, Component};
 use latchwork_image::Type;
 use latchwork_io::direct::Role;
 use latchwork_io::driver::{DriverConfig, DriverKind};
+use latchwork_record::journal;
+use latchwork_sink::{Config, SinkKind};
 use std::path::PathBuf;
 use std::sync::Arc;
 
@@ -23,6 +25,19 @@ pub struct Model {
     pub sim: bool,
     /// Hardware watchdog and its timeout, ns.
     pub watchdog: Option<(PathBuf, u64)>,
+    /// Sinks in the order of the file.
+    pub sinks: Vec<SinkSpec>,
+    /// How its journal works, if one is kept.
+    pub journal: journal::Options,
+}
+
+/// One sink.
+#[derive(Clone)]
+pub struct SinkSpec {
+    /// Its kind.
+    pub kind: &'static SinkKind,
+    /// Name and keys.
+    pub config: Config,
 }
 
 /// One lane.

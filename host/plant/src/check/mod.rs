@@ -14,6 +14,7 @@ mod drivers;
 mod interrupts;
 mod lanes;
 mod notes;
+mod sinks;
 mod tags;
 mod values;
 mod wires;
@@ -140,6 +141,7 @@ fn build(
     interrupts::notes(checker, file, &lanes, &drafts);
     notes::circles(checker, &blocks, &drafts, &drivers);
     notes::limits(checker, &drafts);
+    let sinks = sinks::sinks(checker, file, folder);
     let watchdog = lanes::watchdog(checker, file, &lanes);
     let mut model = Model {
         name: file.plant.text("name").unwrap_or_default().to_owned(),
@@ -148,6 +150,8 @@ fn build(
         blocks: blocks.into_iter().flatten().collect(),
         sim: options.sim,
         watchdog,
+        sinks,
+        journal: sinks::journal(file),
     };
     // Only in a model whose indices are all right is the order of blocks that of the file.
     if !checker.findings.iter().any(|f| f.severity == Severity::Error) {

@@ -3,11 +3,13 @@
 mod assignments;
 mod blocks;
 mod drivers;
+mod sinks;
 pub(crate) mod sections;
 
 use assignments::feeds;
 use blocks::blocks;
 use drivers::drivers;
+use sinks::sinks;
 use latchwork_io::driver::DriverKind;
 use latchwork_schema::check::{entries, found};
 use latchwork_schema::{Checker, Constant, Entry, Finding, Span, Value, Values};
@@ -101,6 +103,8 @@ pub(crate) struct PlantFile {
     pub(crate) blocks: Vec<BlockEntry>,
     pub(crate) feeds: Vec<Assignment>,
     pub(crate) scan_times: Vec<ScanTimeEntry>,
+    pub(crate) sinks: Vec<sinks::SinkEntry>,
+    pub(crate) journal: Values,
     /// Lanes that are there but were refused: a block that names one is no further error.
     pub(crate) refused_lanes: Vec<String>,
     /// Tables of the file that could not be read, by the name they were meant to have: what would stand in them is
@@ -128,6 +132,11 @@ pub(crate) fn read(checker: &mut Checker, root: &DeTable<'_>, text: &str) -> Pla
             ("driver", DeValue::Table(t)) => drivers(checker, t, &mut file),
             ("block", DeValue::Table(t)) => blocks(checker, t, "", false, &mut file),
             ("sim", DeValue::Table(t)) => sim(checker, t, &mut file),
+            ("sink", DeValue::Table(t)) => sinks(checker, t, &mut file),
+            ("journal", DeValue::Table(t)) => {
+                checker.whose.clear();
+                file.journal = checker.table(&[&sections::JOURNAL], t, entry.key_span);
+            }
             (name, value) if sections::TABLES.contains(&name) => {
                 file.unread.extend(sections::TABLES.iter().find(|t| **t == name));
                 let message = format!("`{name}` is {}; expected tables such as [{name}.NAME]", found(value));
