@@ -1,7 +1,7 @@
 //! Durations as users write and read them: `"200ms"`, `"1.25s"`, `"1m 30s"`.
 
-use jiff::{SignedDuration, SpanRelativeTo};
 use jiff::fmt::friendly::{SpanParser, SpanPrinter};
+use jiff::{SignedDuration, SpanRelativeTo};
 
 /// A text that is no duration.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]

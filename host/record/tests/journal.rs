@@ -155,7 +155,10 @@ fn the_newest_records_that_fit_and_pages_that_tell_how_far_they_went() {
     assert_eq!(newest(alarms, 3), [980, 990, 1000]);
     let pump = |source: &str| source.starts_with("pump.");
     assert_eq!(newest(Query { source: Some(&pump), ..alarms }, 3), [960, 980, 1000]);
-    assert_eq!(newest(Query { priority: 250, until: 600, ..Query::default() }, 9), [250, 251, 252, 253, 254, 255, 506, 507, 508, 509, 510, 511][3..]);
+    assert_eq!(
+        newest(Query { priority: 250, until: 600, ..Query::default() }, 9),
+        [250, 251, 252, 253, 254, 255, 506, 507, 508, 509, 510, 511][3..]
+    );
     let page = |after, limit| {
         let page = reader.page(&Query { after, until: 100, source: Some(&pump), ..alarms }, limit).unwrap();
         (numbers(page.records), page.reached)
@@ -287,7 +290,8 @@ fn beyond_the_size_the_oldest_go_and_a_sink_that_lacks_them_is_told_of() {
         std::thread::yield_now();
     };
     assert_eq!(told(std::slice::from_ref(&again)), first - 1 - 3000);
-    let tells = Record { kind: Kind::Lost, source: "journal".into(), transition: "retention".into(), ..record(60_001, "") };
+    let tells =
+        Record { kind: Kind::Lost, source: "journal".into(), transition: "retention".into(), ..record(60_001, "") };
     journal.push(&tells);
     journal.close();
     let (mut journal, _) = Journal::open(folder.path(), options).unwrap();

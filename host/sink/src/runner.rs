@@ -65,7 +65,7 @@ impl Runner {
         tell: impl Fn(Report) + Send + Sync + 'static,
     ) -> std::io::Result<Self> {
         let (finished, done) = channel();
-        let (stop, statuses, tell) = (Arc::new(AtomicBool::new(false)), Statuses::default(), Arc::new(tell) as Tell);
+        let (stop, statuses, tell) = (Arc::new(AtomicBool::new(false)), Statuses::new(watch), Arc::new(tell) as Tell);
         let mut runner = Self { stop, watch: watch.clone(), statuses, names: Vec::new(), done };
         for (kind, config) in sinks {
             let settings = Settings::new(&config);
@@ -74,8 +74,7 @@ impl Runner {
                 watch.moved(&config.name, begin);
                 begin
             });
-            let status =
-                Status { name: config.name.clone(), kind: kind.name.to_owned(), cursor, ..Status::default() };
+            let status = Status { name: config.name.clone(), kind: kind.name.to_owned(), cursor, ..Status::default() };
             let worker = Worker {
                 kind,
                 feed: Feed::new(folder.to_owned(), settings, cursor),

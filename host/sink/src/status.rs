@@ -1,5 +1,6 @@
 //! How the sinks are, for whoever asks while they work.
 
+use latchwork_record::journal::Watch;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 /// What a sink does.
@@ -49,12 +50,21 @@ pub struct Status {
 #[derive(Clone, Default)]
 pub struct Statuses {
     list: Arc<Mutex<Vec<Status>>>,
+    watch: Watch,
 }
 
 impl Statuses {
     /// All of them, in the order of the plant file.
     pub fn list(&self) -> Vec<Status> {
-        self.lock().clone()
+        let durable = self.watch.durable();
+        let mut list = self.lock().clone();
+        // Counted here, because a sink that hangs counts nothing.
+        list.iter_mut().for_each(|status| status.behind = durable.saturating_sub(status.cursor));
+        list
+    }
+
+    pub(crate) fn new(watch: &Watch) -> Self {
+        Self { watch: watch.clone(), ..Self::default() }
     }
 
     pub(crate) fn add(&self, status: Status) -> usize {

@@ -144,7 +144,7 @@ impl Worker {
     }
 
     fn show(&self) {
-        let (cursor, durable) = (self.feed.cursor(), self.watch.durable());
-        self.statuses.change(self.index, |s| (s.cursor, s.behind) = (cursor, durable.saturating_sub(cursor)));
+        let cursor = self.feed.cursor();
+        self.statuses.change(self.index, |s| s.cursor = cursor);
     }
 }

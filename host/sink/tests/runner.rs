@@ -157,9 +157,14 @@ fn a_sink_that_is_down_is_told_of_once_and_gets_everything_when_it_is_up() {
     let folder = TempDir::new().unwrap();
     let (seen, up) = (Seen::default(), Arc::new(Mutex::new(false)));
     let (to, is_up) = (seen.clone(), Arc::clone(&up));
-    let sink = fake("down", "wait = \"0ms\"", move |b| {
-        if *is_up.lock().unwrap() { Ok(to.add(b)) } else { Err("it is away".into()) }
-    });
+    let sink =
+        fake(
+            "down",
+            "wait = \"0ms\"",
+            move |b| {
+                if *is_up.lock().unwrap() { Ok(to.add(b)) } else { Err("it is away".into()) }
+            },
+        );
     let mut bench = Bench::start(folder.path(), vec![sink]);
     let statuses = bench.runner.as_ref().unwrap().statuses();
     for _ in 0..10 {

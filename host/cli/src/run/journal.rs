@@ -76,7 +76,9 @@ impl Kept {
             )),
             Notice::Dropped { sink, count } => entry(Kind::Lost, "retention")
                 .change(Datum::None, Datum::Integer(i64::try_from(*count).unwrap_or(i64::MAX)))
-                .text(format_args!("{count} records went that sink `{sink}` has not had: the journal has reached its size")),
+                .text(format_args!(
+                    "{count} records went that sink `{sink}` has not had: the journal has reached its size"
+                )),
         };
         recorder.push(entry);
     }

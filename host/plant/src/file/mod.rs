@@ -3,16 +3,16 @@
 mod assignments;
 mod blocks;
 mod drivers;
-mod sinks;
 pub(crate) mod sections;
+mod sinks;
 
 use assignments::feeds;
 use blocks::blocks;
 use drivers::drivers;
-use sinks::sinks;
 use latchwork_io::driver::DriverKind;
 use latchwork_schema::check::{entries, found};
 use latchwork_schema::{Checker, Constant, Entry, Finding, Span, Value, Values};
+use sinks::sinks;
 use toml::de::{DeTable, DeValue};
 
 /// What an input names.

@@ -1,8 +1,8 @@
 //! Reading, also while the journal is being written.
 
+use super::JournalError;
 use super::query::Query;
 use super::tables::{self, COLUMNS, read_only, record};
-use super::JournalError;
 use crate::Record;
 use rusqlite::{Connection, Row, ToSql, params};
 use std::collections::BTreeMap;
@@ -96,8 +96,7 @@ impl Reader {
             "SELECT {COLUMNS} FROM records WHERE seq > ?1 AND seq <= ?2 AND time >= ?3 AND time < ?4 \
              AND (?5 >> kind) & 1 = 1 AND priority >= ?6 ORDER BY seq {order}"
         ))?;
-        let (after, until, from, to) =
-            (number(query.after), number(query.until), number(query.from), number(query.to));
+        let (after, until, from, to) = (number(query.after), number(query.until), number(query.from), number(query.to));
         let values: [&dyn ToSql; 6] = [&after, &until, &from, &to, &query.kinds.bits(), &query.priority];
         let mut rows = select.query(&values[..])?;
         let mut records = Vec::new();

@@ -102,7 +102,8 @@ impl Store {
                 // As many as make up what is too much, by the mean size of a record.
                 let all = self.last.0 - oldest.first().unwrap_or(&seq).min(&self.last.0) + 1;
                 let too_much = self.retention.shrinking
-                    && u128::from(used) * oldest.len() as u128 <= u128::from(used.saturating_sub(aim)) * u128::from(all);
+                    && u128::from(used) * oldest.len() as u128
+                        <= u128::from(used.saturating_sub(aim)) * u128::from(all);
                 // The last record stays: the next run's numbers go on after it.
                 if seq >= self.last.0 || !(too_much || time < cutoff && seq <= had_by_all) {
                     break;
@@ -131,8 +132,7 @@ impl Store {
 
     /// Bytes of the file that hold something.
     fn used(&self) -> rusqlite::Result<u64> {
-        let pragma =
-            |name: &str| self.connection.query_row(&format!("PRAGMA {name}"), [], |row| row.get::<_, i64>(0));
+        let pragma = |name: &str| self.connection.query_row(&format!("PRAGMA {name}"), [], |row| row.get::<_, i64>(0));
         let pages = pragma("page_count")? - pragma("freelist_count")?;
         Ok((pages * pragma("page_size")?) as u64)
     }

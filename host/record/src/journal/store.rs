@@ -65,7 +65,8 @@ impl Store {
         // A new file in place of a damaged or a removed one: no number of the old one may come twice.
         let anew = set_aside.is_some() || !existed;
         let last = if anew { (last.0.max(reserved.saturating_sub(1)), last.1) } else { last };
-        let mut store = Self { folder: folder.into(), connection, reserved, last, kept, cursors, retention, _lock: lock };
+        let mut store =
+            Self { folder: folder.into(), connection, reserved, last, kept, cursors, retention, _lock: lock };
         store.reserve(last.0 + 1).map_err(of_folder)?;
         if set_aside.is_some() {
             store.write_copies().map_err(|error| JournalError::Database { path: path(folder), error })?;
@@ -101,7 +102,10 @@ impl Store {
             let transaction = self.connection.transaction()?;
             insert(&transaction, items)?;
             keep(&transaction, &changes)?;
-            move_cursors(&transaction, cursors.iter().filter(|(name, cursor)| self.cursors.get(*name) != Some(cursor)))?;
+            move_cursors(
+                &transaction,
+                cursors.iter().filter(|(name, cursor)| self.cursors.get(*name) != Some(cursor)),
+            )?;
             transaction.commit()
         };
         write().map_err(|error| WriteError::of(&error))?;
@@ -314,7 +318,10 @@ mod tests {
         let folder = tempfile::TempDir::new().expect("a folder");
         let (mut store, _) = Store::open(folder.path(), Retention::default()).expect("a journal");
         store.write(&[item(1)], &BTreeMap::new()).expect("room");
-        store.connection.execute_batch("DROP TABLE kept; DROP TABLE sinks; PRAGMA user_version = 1").expect("as it was");
+        store
+            .connection
+            .execute_batch("DROP TABLE kept; DROP TABLE sinks; PRAGMA user_version = 1")
+            .expect("as it was");
         drop(store);
         let reader = Reader::open(folder.path()).expect("an old journal");
         assert!(reader.kept().expect("none").is_empty() && reader.cursors().expect("none").is_empty());

@@ -179,4 +179,3 @@ pub(super) fn record(row: &Row<'_>) -> rusqlite::Result<Record> {
 pub(super) fn explains(record: &Record) -> bool {
     record.kind == Kind::Lost && record.source == SOURCE
 }
-

@@ -45,7 +45,8 @@ static KEYS: Section = Section {
 };
 
 fn check(config: &Config) -> Vec<Problem> {
-    let problem = |key: &str, message: String, help: &str| Problem { key: key.into(), message, help: Some(help.into()) };
+    let problem =
+        |key: &str, message: String, help: &str| Problem { key: key.into(), message, help: Some(help.into()) };
     let mut problems = Vec::new();
     let path = config.values.text("path").unwrap_or_default();
     if Path::new(path).file_name().is_none() {
@@ -308,7 +309,8 @@ mod tests {
         let day = || "2026-11-27".to_owned();
         assert_eq!(order("2026-11-27-17"), Some((day(), 17, 1)));
         assert_eq!(order("2026-11-27-17-3"), Some((day(), 17, 3)));
-        for other in ["", "2026-11-27", "2026-11-27-", "2026-11-27-x", "2026-11-2x-1", "2026-11-27-1-", "äääää-1"] {
+        for other in ["", "2026-11-27", "2026-11-27-", "2026-11-27-x", "2026-11-2x-1", "2026-11-27-1-", "äääää-1"]
+        {
             assert_eq!(order(other), None, "{other}");
         }
     }

@@ -41,7 +41,11 @@ static KEYS: Section = Section {
     name: "[sink.NAME] (mqtt)",
     doc: "A broker of MQTT 3.1.1, QoS 1.",
     keys: &[
-        Key::required("address", Kind::Text, "Host name or address of the broker; with TLS the name in its certificate."),
+        Key::required(
+            "address",
+            Kind::Text,
+            "Host name or address of the broker; with TLS the name in its certificate.",
+        ),
         Key::optional("port", Kind::Integer { min: 1, max: 65_535 }, "1883, with TLS 8883", "Its TCP port."),
         Key::optional("tls", Kind::Bool, "false, with `ca` true", "Encrypts, and checks the broker's certificate."),
         Key::optional(
@@ -57,7 +61,12 @@ static KEYS: Section = Section {
             "",
             "File whose first line is the password, relative to this file. A password never stands in the plant file.",
         ),
-        Key::optional("client-id", Kind::Text, "latchwork-PLANT-NAME", "Name of this client; the broker knows one of a name."),
+        Key::optional(
+            "client-id",
+            Kind::Text,
+            "latchwork-PLANT-NAME",
+            "Name of this client; the broker knows one of a name.",
+        ),
         Key::optional("topic", Kind::Text, "latchwork/PLANT", "What all topics begin with."),
         Key::optional(
             "keep-alive",
@@ -91,7 +100,11 @@ fn check(config: &Config) -> Vec<Problem> {
     let address = values.text("address").unwrap_or_default();
     if address.is_empty() || address.contains(['/', ' ']) {
         let message = format!("`address` is \"{address}\"; expected a host name or an address");
-        problems.push(problem("address", &message, "as in `address = \"broker.example\"`; the port has a key of its own"));
+        problems.push(problem(
+            "address",
+            &message,
+            "as in `address = \"broker.example\"`; the port has a key of its own",
+        ));
     }
     if values.text("topic").is_some_and(|t| t.is_empty() || t.contains(['+', '#', '\0']) || t.starts_with('$')) {
         let message = "`topic` is no beginning of topics: those have no `+`, `#`, and no `$` at the beginning";
@@ -136,7 +149,9 @@ fn options(config: &Config, prefix: &str) -> Result<MqttOptions, String> {
 }
 
 fn password(config: &Config) -> Result<String, String> {
-    let Some(path) = config.values.text("password-file").map(|p| config.folder.join(p)) else { return Ok(String::new()) };
+    let Some(path) = config.values.text("password-file").map(|p| config.folder.join(p)) else {
+        return Ok(String::new());
+    };
     let text = read(&path, "password")?;
     Ok(String::from_utf8_lossy(&text).lines().next().unwrap_or_default().to_owned())
 }
