@@ -153,3 +153,36 @@ fn a_damaged_journal_is_set_aside_and_said_loudly() {
     assert!(out.contains("\"source\":\"journal\",\"transition\":\"damaged\""), "{out}");
     assert!(verdict(&data)["first"].as_u64() > Some(100), "no number comes twice");
 }
+
+#[test]
+fn sinks_get_what_the_journal_has_and_idle_without_one() {
+    let folder = TempDir::new().expect("a folder");
+    let (plant, data) = (plant(folder.path()), folder.path().join("data"));
+    let mut text = std::fs::read_to_string(&plant).expect("the plant file");
+    text += "[sink.file]\nkind = \"jsonl\"\npath = \"log/all.jsonl\"\n[sink.lane]\nkind = \"jsonl\"\n\
+             path = \"log/lane.jsonl\"\nkinds = [\"lane\"]\n[sink.away]\nkind = \"mqtt\"\naddress = \"127.0.0.1\"\nport = 1\n";
+    std::fs::write(&plant, text).expect("the plant file");
+    let run = |args: &[&str]| {
+        let output = latchwork().args(["run", "--quiet"]).args(args).arg(&plant).output().expect("latchwork starts");
+        let errors = String::from_utf8(output.stderr).expect("UTF-8");
+        assert!(output.status.success(), "{errors}");
+        errors
+    };
+    let shown = data.display().to_string();
+    for args in
+        [["--speed", "max", "--for", "1s", "--data", &shown], ["--speed", "real", "--for", "1s", "--data", &shown]]
+    {
+        assert_eq!(run(&args), "");
+    }
+    let (_, all, _) = self::run(&["journal", "export"], &data);
+    let read = |name: &str| std::fs::read_to_string(folder.path().join("log").join(name)).expect("the sink's file");
+    assert_eq!(read("all.jsonl"), all);
+    let lane: String = all.lines().filter(|l| l.contains("\"kind\":\"lane\"")).map(|l| format!("{l}\n")).collect();
+    assert!(!lane.is_empty());
+    assert_eq!(read("lane.jsonl"), lane);
+    let refused = all.lines().filter(|l| l.contains("\"source\":\"sink.away\",\"transition\":\"refused\"")).count();
+    assert!(refused == 1 || refused == 2, "once a run, if it is noticed before its end: {refused}");
+    let errors = run(&["--speed", "max", "--for", "100ms"]);
+    assert!(errors.contains("nothing goes to `file`, `lane`, `away`") && errors.contains("--data FOLDER"), "{errors}");
+    assert_eq!(read("all.jsonl"), all);
+}

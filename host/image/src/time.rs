@@ -1,7 +1,7 @@
 //! Durations as users write and read them: `"200ms"`, `"1.25s"`, `"1m 30s"`.
 
-use jiff::SignedDuration;
 use jiff::fmt::friendly::{SpanParser, SpanPrinter};
+use jiff::{SignedDuration, SpanRelativeTo};
 
 /// A text that is no duration.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -13,7 +13,8 @@ pub struct DurationError {
     pub found: String,
 }
 
-/// Reads a duration of plant time in nanoseconds, 0 up to `u64::MAX` (584 years). Negative durations are refused.
+/// Reads a duration of plant time in nanoseconds, 0 up to `u64::MAX` (584 years). Negative durations are refused. Besides the
+/// units of the message, which are those for control, a day `d` and a week `w` are taken: for what is kept so long.
 ///
 /// ```
 /// assert_eq!(latchwork_image::parse_duration("200ms"), Ok(200_000_000));
@@ -26,7 +27,11 @@ pub fn parse_duration(text: &str) -> Result<u64, DurationError> {
     if text.trim() == "0" {
         return Ok(0);
     }
-    let duration: SignedDuration = PARSER.parse_duration(text.trim()).map_err(|_| error())?;
+    let duration = PARSER.parse_duration(text.trim()).or_else(|_| {
+        // A day is 24 hours here, whatever the clocks of people do.
+        PARSER.parse_span(text.trim())?.to_duration(SpanRelativeTo::days_are_24_hours())
+    });
+    let duration: SignedDuration = duration.map_err(|_| error())?;
     u64::try_from(duration.as_nanos()).map_err(|_| error())
 }
 
@@ -52,6 +57,8 @@ mod tests {
             ("500us", 500_000),
             ("7ns", 7),
             ("2h", 7_200_000_000_000),
+            ("90d", 7_776_000_000_000_000),
+            ("1w 1d 1h", 694_800_000_000_000),
             ("0", 0),
             ("0ms", 0),
             ("0.5ms", 500_000),
@@ -62,7 +69,7 @@ mod tests {
 
     #[test]
     fn refuses_what_is_no_duration() {
-        for text in ["", "10", "ms", "10 sek", "-5ms", "1y", "10ms later", "1e3s", "∞"] {
+        for text in ["", "10", "ms", "10 sek", "-5ms", "1y", "10ms later", "1mo", "-1d", "1e3s", "∞"] {
             assert!(parse_duration(text).is_err(), "{text}");
         }
     }

@@ -21,6 +21,14 @@ pub fn json_schema() -> Value {
             driver
         })
         .collect();
+    let sinks: Vec<_> = latchwork_sink::kinds::KINDS
+        .iter()
+        .map(|kind| {
+            let mut sink = of(&[&latchwork_sink::KEYS, kind.keys]);
+            sink["properties"]["kind"] = json!({ "const": kind.name });
+            sink
+        })
+        .collect();
     let source = json!({ "anyOf": [{ "type": ["boolean", "number", "string"] }, { "type": "object" }] });
     let mut block = of(&[&sections::BLOCK]);
     for (group, what) in [("inputs", &source), ("settings", &source), ("safe", &source)] {
@@ -53,6 +61,8 @@ pub fn json_schema() -> Value {
             "table": { "type": "object", "additionalProperties": of(&[&sections::TABLE]) },
             "heartbeat": of(&[&sections::HEARTBEAT]),
             "alarm": { "type": "array", "items": of(&[&sections::ALARM]) },
+            "sink": { "type": "object", "additionalProperties": { "oneOf": sinks } },
+            "journal": of(&[&sections::JOURNAL]),
             "sim": {
                 "type": "object",
                 "additionalProperties": false,
@@ -86,6 +96,11 @@ pub fn reference_page() -> String {
     for kind in KINDS {
         add(&format!("Driver `{}`", kind.name), kind.keys);
         add(&format!("Points of `{}`", kind.name), kind.point_keys);
+    }
+    add("`[journal]`", &sections::JOURNAL);
+    add("`[sink.NAME]`", &latchwork_sink::KEYS);
+    for kind in latchwork_sink::kinds::KINDS {
+        add(&format!("Sink `{}`", kind.name), kind.keys);
     }
     page
 }

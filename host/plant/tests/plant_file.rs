@@ -232,6 +232,54 @@ fn what_is_allowed_and_worth_knowing() {
 }
 
 #[test]
+fn sinks_and_the_journal() {
+    let with = |text: &str| format!("{HEAD}[block.a]\n{TON}{text}\n");
+    golden(
+        "sinks",
+        &[
+            ("a sink", with("[sink.file]\nkind = \"jsonl\"\npath = \"r.jsonl\"")),
+            ("no kind", with("[sink.file]\npath = \"r.jsonl\"")),
+            ("a misspelt kind", with("[sink.file]\nkind = \"jsnol\"")),
+            ("no path", with("[sink.file]\nkind = \"jsonl\"")),
+            ("a misspelt key", with("[sink.file]\nkind = \"jsonl\"\npath = \"r.jsonl\"\nkidns = [\"alarm\"]")),
+            ("a misspelt record kind", with("[sink.file]\nkind = \"jsonl\"\npath = \"r\"\nkinds = [\"alram\"]")),
+            ("a pattern that is none", with("[sink.s]\nkind = \"syslog\"\nsources = [\"a{b\"]")),
+            ("a batch that never fits", with("[sink.s]\nkind = \"syslog\"\nlist = 100\nbatch = 80")),
+            ("keep without renaming", with("[sink.file]\nkind = \"jsonl\"\npath = \"r\"\nkeep = 3")),
+            (
+                "a port in the address",
+                with("[sink.m]\nkind = \"mqtt\"\naddress = \"tcp://x\"\nca = \"c\"\ntls = false"),
+            ),
+            ("a password in the file", with("[sink.m]\nkind = \"mqtt\"\naddress = \"x\"\npassword = \"secret\"")),
+            ("a topic with a wildcard", with("[sink.m]\nkind = \"mqtt\"\naddress = \"x\"\ntopic = \"a/+\"")),
+            ("two targets", with("[sink.s]\nkind = \"syslog\"\ntarget = \"journald\"\npath = \"/dev/log\"")),
+            ("a name with a dot", with("[sink.\"a.b\"]\nkind = \"syslog\"")),
+            ("sinks that are none", with("[sink]\nfile = 1")),
+            ("a journal that is too small", with("[journal]\nsize = \"1MiB\"\nage = \"90\"\nwithn = \"1s\"")),
+        ],
+    );
+}
+
+#[test]
+fn the_journal_has_limits_and_knows_its_sinks() {
+    let model = |text: &str| {
+        let checked = check(&format!("{HEAD}[block.a]\n{TON}{text}"), false);
+        let said = checked.render(false);
+        checked.model.unwrap_or_else(|| panic!("{said}"))
+    };
+    let journal = model("").journal;
+    assert_eq!((journal.age, journal.size, journal.queue), (None, Some(4 << 30), 200_000));
+    let text = "[journal]\nage = \"90d\"\nsize = \"1GiB\"\nwithin = \"1s\"\nqueue = 5000\n\
+                [sink.one]\nkind = \"syslog\"\n[sink.two]\nkind = \"jsonl\"\npath = \"r.jsonl\"\n";
+    let model = model(text);
+    let (journal, days) = (model.journal, std::time::Duration::from_secs(90 * 24 * 3600));
+    assert_eq!((journal.age, journal.size, journal.queue), (Some(days), Some(1 << 30), 5000));
+    assert_eq!((journal.within, journal.sinks), (std::time::Duration::from_secs(1), vec!["one".into(), "two".into()]));
+    let kinds: Vec<_> = model.sinks.iter().map(|s| (s.config.name.as_str(), s.kind.name)).collect();
+    assert_eq!(kinds, [("one", "syslog"), ("two", "jsonl")]);
+}
+
+#[test]
 fn feeds_count_with_sim_alone_and_once() {
     let text =
         format!("{HEAD}[block.a]\n{TON}[sim.feed]\n\"hall.button\" = \"a.outputs.q\"\nhall.button = \"a.inputs.in\"\n");

@@ -1,9 +1,10 @@
 //! The journal on a real disk: values, numbers, damage, a disk that is full, a process that is killed.
 
 use latchwork_image::Value;
-use latchwork_record::journal::{Filter, Hole, Journal, JournalError, Notice, Options, Reader, verify};
-use latchwork_record::{Kind, Record};
+use latchwork_record::journal::{Filter, Hole, Journal, JournalError, Notice, Options, Query, Reader, verify};
+use latchwork_record::{Kept, Kind, Record};
 use proptest::prelude::*;
+use std::collections::BTreeMap;
 use std::io::{BufRead, BufReader, Write};
 use std::path::Path;
 use std::process::{Command, Stdio};
@@ -106,6 +107,67 @@ fn a_folder_without_a_journal_is_told() {
 }
 
 #[test]
+fn state_and_cursors_are_there_again_at_the_next_opening() {
+    let folder = TempDir::new().unwrap();
+    let (mut journal, opening) = open(folder.path());
+    assert!(opening.kept.is_empty() && opening.cursors.is_empty());
+    let keep = |name: &str, value: Option<&str>| Kept { name: name.into(), value: value.map(Into::into) };
+    journal.push_with(&record(1, ""), vec![keep("a", Some("1")), keep("b", Some("ü \0 \n"))]);
+    journal.push_with(&record(2, ""), vec![keep("a", None), keep("c", Some(""))]);
+    journal.keep(vec![keep("c", Some("3"))]);
+    journal.watch().moved("file", 1);
+    assert!(journal.settle(Duration::from_secs(10)));
+    journal.watch().moved("file", 2);
+    journal.close();
+    let (_, opening) = open(folder.path());
+    let expected = [("b", "ü \0 \n"), ("c", "3")].map(|(n, v)| (n.to_owned(), v.to_owned()));
+    assert_eq!(opening.kept, expected.into());
+    assert_eq!((opening.last, opening.cursors), (2, [("file".to_owned(), 2)].into()), "also what moved last");
+}
+
+#[test]
+fn cursors_alone_are_written_within_two_seconds() {
+    let folder = TempDir::new().unwrap();
+    let (journal, _) = open(folder.path());
+    journal.watch().moved("file", 7);
+    let start = std::time::Instant::now();
+    while Reader::open(folder.path()).unwrap().cursors().unwrap().get("file") != Some(&7) {
+        assert!(start.elapsed() < Duration::from_secs(2), "the cursor is not on the disk");
+        std::thread::sleep(Duration::from_millis(10));
+    }
+}
+
+#[test]
+fn the_newest_records_that_fit_and_pages_that_tell_how_far_they_went() {
+    let folder = TempDir::new().unwrap();
+    let (mut journal, _) = open(folder.path());
+    for seq in 1..=1000 {
+        let kind = if seq % 10 == 0 { Kind::Alarm } else { Kind::Event };
+        let source = if seq % 20 == 0 { "pump.alarms.dry" } else { "tank.alarms.full" };
+        journal.push(&Record { kind, source: source.into(), priority: (seq % 256) as u8, ..record(seq, "") });
+    }
+    journal.close();
+    let reader = Reader::open(folder.path()).unwrap();
+    let numbers = |records: Vec<Record>| records.iter().map(|r| r.seq).collect::<Vec<_>>();
+    let newest = |query: Query<'_>, limit| numbers(reader.newest(&query, limit).unwrap());
+    assert_eq!(newest(Query::default(), 3), [998, 999, 1000]);
+    let alarms = Query { kinds: [Kind::Alarm].into_iter().collect(), ..Query::default() };
+    assert_eq!(newest(alarms, 3), [980, 990, 1000]);
+    let pump = |source: &str| source.starts_with("pump.");
+    assert_eq!(newest(Query { source: Some(&pump), ..alarms }, 3), [960, 980, 1000]);
+    assert_eq!(
+        newest(Query { priority: 250, until: 600, ..Query::default() }, 9),
+        [250, 251, 252, 253, 254, 255, 506, 507, 508, 509, 510, 511][3..]
+    );
+    let page = |after, limit| {
+        let page = reader.page(&Query { after, until: 100, source: Some(&pump), ..alarms }, limit).unwrap();
+        (numbers(page.records), page.reached)
+    };
+    assert_eq!(page(0, 3), (vec![20, 40, 60], 60), "the limit ended it");
+    assert_eq!(page(60, 3), (vec![80, 100], 100), "all up to 100 has been looked at");
+}
+
+#[test]
 fn a_damaged_file_is_set_aside_and_no_number_comes_twice() {
     let folder = TempDir::new().unwrap();
     let (mut journal, _) = open(folder.path());
@@ -147,6 +209,128 @@ fn missing_numbers_are_seen_and_explained_by_a_lost_record() {
     assert!(!verdict.is_good());
 }
 
+/// Writes records, some at a time, and lets each lot reach the disk; what retention told meanwhile.
+fn write_slowly(journal: &mut Journal, from: u64, to: u64) -> Vec<Notice> {
+    let mut notices = Vec::new();
+    for seq in from..=to {
+        journal.push(&record(seq, &"x".repeat(400)));
+        if seq % 500 == 0 {
+            assert!(journal.settle(Duration::from_secs(20)));
+            notices.extend(std::iter::from_fn(|| journal.notice()));
+        }
+    }
+    notices
+}
+
+/// First number, once it stays the same for longer than retention takes to look.
+fn settled_first(folder: &Path) -> u64 {
+    let first = || verify(folder, |_| {}).unwrap().numbers.unwrap().0;
+    let (mut now, mut since) = (first(), std::time::Instant::now());
+    while since.elapsed() < Duration::from_millis(2500) {
+        std::thread::sleep(Duration::from_millis(100));
+        if first() != now {
+            (now, since) = (first(), std::time::Instant::now());
+        }
+    }
+    now
+}
+
+#[test]
+fn what_is_too_old_goes_but_not_before_every_sink_has_it() {
+    let folder = TempDir::new().unwrap();
+    // A record a second: of 4000, the last 1000 and the one before are young enough.
+    let options = Options { age: Some(Duration::from_secs(1000)), sinks: vec!["slow".into()], ..Options::default() };
+    let (mut journal, _) = Journal::open(folder.path(), options).unwrap();
+    journal.watch().moved("slow", 1234);
+    journal.watch().moved("removed from the plant", 1);
+    write_slowly(&mut journal, 1, 4000);
+    assert_eq!(settled_first(folder.path()), 1235);
+    journal.watch().moved("slow", 4000);
+    assert_eq!(settled_first(folder.path()), 3000);
+    assert_eq!(journal.notice(), None, "nothing was lost");
+    journal.close();
+    assert!(verify(folder.path(), |_| {}).unwrap().is_good());
+    let (_, opening) = open(folder.path());
+    assert_eq!(opening.last, 4000);
+}
+
+#[test]
+fn beyond_the_size_the_oldest_go_and_a_sink_that_lacks_them_is_told_of() {
+    let folder = TempDir::new().unwrap();
+    let size = 4 << 20;
+    let options = Options {
+        size: Some(size),
+        sinks: vec!["slow".into(), "fast".into()],
+        within: Duration::from_millis(1),
+        ..Options::default()
+    };
+    let (mut journal, _) = Journal::open(folder.path(), options.clone()).unwrap();
+    journal.watch().moved("slow", 3000);
+    journal.watch().moved("fast", 60_000);
+    let mut notices = write_slowly(&mut journal, 1, 60_000);
+    let first = settled_first(folder.path());
+    notices.extend(std::iter::from_fn(|| journal.notice()));
+    let told = |notices: &[Notice]| {
+        let of = |n: &Notice| match n {
+            Notice::Dropped { sink, count } if sink == "slow" => *count,
+            other => panic!("{other:?}"),
+        };
+        notices.iter().map(of).sum::<u64>()
+    };
+    assert!(first > 50_000 && first < 56_000, "the file is larger than {size} bytes: it begins at {first}");
+    assert_eq!(told(&notices), first - 1 - 3000, "what went beyond its cursor");
+    assert!(notices.len() < 100, "{} notices", notices.len());
+    // Nothing of it has become a record: it is told again.
+    journal.close();
+    let (mut journal, _) = Journal::open(folder.path(), options.clone()).unwrap();
+    let again = loop {
+        if let Some(notice) = journal.notice() {
+            break notice;
+        }
+        std::thread::yield_now();
+    };
+    assert_eq!(told(std::slice::from_ref(&again)), first - 1 - 3000);
+    let tells =
+        Record { kind: Kind::Lost, source: "journal".into(), transition: "retention".into(), ..record(60_001, "") };
+    journal.push(&tells);
+    journal.close();
+    let (mut journal, _) = Journal::open(folder.path(), options).unwrap();
+    assert!(journal.settle(Duration::from_secs(1)));
+    journal.push(&record(60_002, ""));
+    assert!(journal.settle(Duration::from_secs(10)));
+    assert_eq!(journal.notice(), None, "told, and not again");
+    journal.close();
+    assert!(verify(folder.path(), |_| {}).unwrap().is_good(), "a journal may begin at any number");
+    let used = std::fs::metadata(folder.path().join("journal.db")).unwrap().len();
+    assert!(used < size * 2, "{used} bytes");
+}
+
+#[test]
+fn state_comes_out_of_a_damaged_file_as_far_as_it_can_be_read() {
+    let folder = TempDir::new().unwrap();
+    let (mut journal, _) = open(folder.path());
+    journal.watch().moved("file", 4000);
+    (1..=5000).for_each(|n| journal.push_with(&record(n, "before"), state_of(n)));
+    journal.close();
+    let state = kept(folder.path());
+    assert!(!state.is_empty());
+    // The pages with the records, which come after those of the tables' roots, are overwritten.
+    let path = folder.path().join("journal.db");
+    let mut bytes = std::fs::read(&path).unwrap();
+    let end = bytes.len();
+    bytes[10 * 4096..end].fill(0x5a);
+    std::fs::write(&path, bytes).unwrap();
+    let (mut journal, opening) = open(folder.path());
+    if opening.set_aside.is_none() {
+        // Nothing that is read at the opening was hit: it is seen as soon as something is written.
+        (opening.last + 1..=opening.last + 10).for_each(|n| journal.push(&record(n, "after")));
+        journal.close();
+    }
+    assert_eq!(kept(folder.path()), state);
+    let cursors = Reader::open(folder.path()).unwrap().cursors().unwrap();
+    assert_eq!(cursors.get("file"), Some(&4000));
+}
+
 /// A file system of 1 MiB, for as long as it lives.
 struct SmallDisk(TempDir);
 
@@ -173,7 +357,7 @@ fn a_full_disk_loses_nothing_that_fits_the_queue_and_tells_of_the_rest() {
     let folder = disk.0.path();
     let ballast = folder.join("ballast");
     std::fs::write(&ballast, vec![0; 600 << 10]).unwrap();
-    let options = Options { within: Duration::from_millis(5), queue: 1000 };
+    let options = Options { within: Duration::from_millis(5), queue: 1000, ..Options::default() };
     let (mut journal, _) = Journal::open(folder, options).unwrap();
     // More than the disk, the batch and the queue take.
     let long = "x".repeat(200);
@@ -218,6 +402,32 @@ fn a_full_disk_loses_nothing_that_fits_the_queue_and_tells_of_the_rest() {
 /// Names the folder when this program is started as the process that will be killed.
 const VICTIM: &str = "LATCHWORK_JOURNAL_VICTIM";
 
+/// State that record `seq` stands for: one of a few names gets its number, or goes.
+fn state_of(seq: u64) -> Vec<Kept> {
+    let name = format!("alarm.{}", seq % 7);
+    vec![Kept { name, value: (seq % 5 != 0).then(|| seq.to_string()) }]
+}
+
+/// What is kept after these records.
+fn state_after(records: &[Record]) -> BTreeMap<String, String> {
+    let mut state = BTreeMap::new();
+    for kept in records.iter().flat_map(|r| state_of(r.seq)) {
+        match kept.value {
+            Some(value) => state.insert(kept.name, value),
+            None => state.remove(&kept.name),
+        };
+    }
+    state
+}
+
+fn kept(folder: &Path) -> BTreeMap<String, String> {
+    match Reader::open(folder).and_then(|r| r.kept()) {
+        Ok(kept) => kept,
+        Err(JournalError::Missing { .. }) => BTreeMap::new(),
+        Err(error) => panic!("{error}"),
+    }
+}
+
 #[test]
 fn victim_of_the_kill_test() {
     let Some(folder) = std::env::var_os(VICTIM) else { return };
@@ -226,7 +436,7 @@ fn victim_of_the_kill_test() {
             .expect("a journal");
     let (mut told, mut out) = (0, std::io::stdout().lock());
     for seq in opening.last + 1.. {
-        journal.push(&record(seq, &format!("{}", std::process::id())));
+        journal.push_with(&record(seq, &format!("{}", std::process::id())), state_of(seq));
         let durable = journal.durable();
         if durable > told {
             told = durable;
@@ -268,6 +478,7 @@ fn kill_a_writer(times: usize, random: &mut u64) {
         assert!(records.iter().zip(1..).all(|(r, n)| r.seq == n), "round {round}: a number is missing");
         let same = owners.iter().zip(&records).all(|(owner, record)| *owner == record.text);
         assert!(same, "round {round}: a record has been replaced");
+        assert_eq!(kept(folder.path()), state_after(&records), "round {round}: the state is not that of the records");
         owners = records.into_iter().take(durable.max(owners.len() as u64) as usize).map(|r| r.text).collect();
     }
     assert!(owners.len() > 100, "only {} records", owners.len());

@@ -8,6 +8,15 @@
 //! ```
 #![forbid(unsafe_code)]
 
+mod feed;
+mod keys;
+pub mod kinds;
+mod runner;
 mod sink;
+mod status;
+mod worker;
 
+pub use keys::{KEYS, check};
+pub use runner::{Report, Runner, What};
 pub use sink::{Config, Problem, Sink, SinkKind};
+pub use status::{State, Status, Statuses};

@@ -51,6 +51,10 @@ pub(super) fn execute(engine: &Engine, args: &Run) -> Result<Exit> {
     let options = RunOptions { duration: args.duration, scans: args.scans, stimulus: stimulus(&plant, args)? };
     let name = plant.model.name.clone();
     let files = Files::create(&plant, args.trace.as_deref(), args.records.as_deref())?;
+    if args.data.is_none() && !plant.model.sinks.is_empty() {
+        let names: Vec<_> = plant.model.sinks.iter().map(|s| format!("`{}`", s.config.name)).collect();
+        eprintln!("note: nothing goes to {}: sinks read the journal\n  help: add --data FOLDER", names.join(", "));
+    }
     let journal = args.data.as_ref().map(|folder| Kept::open(folder, &mut plant)).transpose()?;
     let show = show(&plant, args);
     let mut watcher = Watcher::new(files, journal, show);

@@ -155,6 +155,8 @@ pub struct Plant {
     pub(crate) wakes: Vec<Arc<Wake>>,
     /// The way for records about the journal, for whoever keeps it.
     pub journal: Option<(Recorder, SourceId)>,
+    /// What records about each sink name as their source.
+    pub sinks: Vec<SourceId>,
     /// Time of the oldest record that a lane may still make, by lane.
     pub(crate) oldest: Vec<Arc<AtomicU64>>,
 }
@@ -302,6 +304,7 @@ pub fn assemble(model: Model, engine: &Engine, options: &Options<'_>) -> Result<
     let (recorder, incoming) = queue(QUEUE, source);
     queues.push(incoming);
     let journal = Some((recorder, source));
+    let sinks = model.sinks.iter().map(|s| sources.add(format!("sink.{}", s.config.name))).collect();
 
     let mut router = Router::new(sources.names);
     router.rank_by(crate::alarms::rank);
@@ -336,5 +339,6 @@ pub fn assemble(model: Model, engine: &Engine, options: &Options<'_>) -> Result<
         wakes: interrupts.wakes,
         oldest,
         journal,
+        sinks,
     })
 }

@@ -15,6 +15,7 @@ mod drivers;
 mod interrupts;
 mod lanes;
 mod notes;
+mod sinks;
 mod supervision;
 mod tags;
 mod values;
@@ -142,6 +143,7 @@ fn build(
     interrupts::notes(checker, file, &lanes, &drafts);
     notes::circles(checker, &blocks, &drafts, &drivers);
     notes::limits(checker, &drafts);
+    let sinks = sinks::sinks(checker, file, folder);
     let watchdog = lanes::watchdog(checker, file, &lanes);
     let (alarm_rules, variables) = alarms::rules(checker, file, &tags);
     let mut model = Model {
@@ -155,6 +157,8 @@ fn build(
         variables,
         tables: supervision::tables(checker, file, &tags),
         heartbeat: supervision::heartbeat(file),
+        sinks,
+        journal: sinks::journal(file),
     };
     // Only in a model whose indices are all right is the order of blocks that of the file.
     if !checker.findings.iter().any(|f| f.severity == Severity::Error) {

@@ -5,6 +5,7 @@ mod assignments;
 mod blocks;
 mod drivers;
 pub(crate) mod sections;
+mod sinks;
 
 use assignments::feeds;
 use blocks::blocks;
@@ -12,6 +13,7 @@ use drivers::drivers;
 use latchwork_io::driver::DriverKind;
 use latchwork_schema::check::{entries, found};
 use latchwork_schema::{Checker, Constant, Entry, Finding, Span, Value, Values};
+use sinks::sinks;
 use toml::de::{DeTable, DeValue};
 
 /// What an input names.
@@ -118,6 +120,8 @@ pub(crate) struct PlantFile {
     pub(crate) alarms: Vec<AlarmEntry>,
     pub(crate) tables: Vec<TableEntry>,
     pub(crate) heartbeat: Option<Values>,
+    pub(crate) sinks: Vec<sinks::SinkEntry>,
+    pub(crate) journal: Values,
     /// Lanes that are there but were refused: a block that names one is no further error.
     pub(crate) refused_lanes: Vec<String>,
     /// Tables of the file that could not be read, by the name they were meant to have: what would stand in them is
@@ -154,6 +158,11 @@ pub(crate) fn read(checker: &mut Checker, root: &DeTable<'_>, text: &str) -> Pla
             ("alarm", value) => {
                 let message = format!("`alarm` is {}; expected tables [[alarm]]", found(value));
                 checker.add(Finding::error(&entry.span, message).help("double brackets: there may be several"));
+            }
+            ("sink", DeValue::Table(t)) => sinks(checker, t, &mut file),
+            ("journal", DeValue::Table(t)) => {
+                checker.whose.clear();
+                file.journal = checker.table(&[&sections::JOURNAL], t, entry.key_span);
             }
             (name, value) if sections::TABLES.contains(&name) => {
                 file.unread.extend(sections::TABLES.iter().find(|t| **t == name));

@@ -267,6 +267,40 @@ pub(crate) static ALARM: Section = Section {
     ],
 };
 
+/// `[journal]`
+pub(crate) static JOURNAL: Section = Section {
+    name: "[journal]",
+    doc: "The journal that `run --data` keeps.",
+    keys: &[
+        Key::optional(
+            "age",
+            Kind::Duration { min: 60 * SECOND, max: 100 * 366 * 24 * 3600 * SECOND },
+            "no limit",
+            "Records older than this go, as in `\"90d\"`, counted back from the last one; but none that a sink has not had.",
+        ),
+        Key::optional(
+            "size",
+            Kind::Size { min: 4 << 20, max: 1 << 50 },
+            "\"4GiB\"",
+            "Beyond this the oldest records go, also those that a sink has not had: a record of kind `lost` says which sink \
+             and how many.",
+        ),
+        Key::optional(
+            "within",
+            Kind::Duration { min: MS, max: 60 * SECOND },
+            "\"70ms\"",
+            "A record is written at most so long after it came to its turn in the order of time, which takes up to 25 ms. \
+             Each writing of this kind wears the disk.",
+        ),
+        Key::optional(
+            "queue",
+            Kind::Integer { min: 1000, max: 10_000_000 },
+            "200000",
+            "Records that may wait in memory while the disk takes none; about 200 bytes each.",
+        ),
+    ],
+};
+
 /// `[table.NAME]`
 pub(crate) static TABLE: Section = Section {
     name: "[table.NAME]",
@@ -314,7 +348,8 @@ pub(crate) static SCAN_TIME: Kind = Kind::Either(&SCAN_SPAN, &Kind::List(&SCAN_S
 static SCAN_SPAN: Kind = Kind::Duration { min: 0, max: 3600 * SECOND };
 
 /// Tables of the file.
-pub(crate) static TABLES: &[&str] = &["plant", "lane", "driver", "block", "sim", "alarm", "table", "heartbeat"];
+pub(crate) static TABLES: &[&str] =
+    &["plant", "lane", "driver", "block", "sim", "alarm", "table", "heartbeat", "sink", "journal"];
 
 /// Tables the contract has and this version has not.
-pub(crate) static LATER_TABLES: &[&str] = &["sink", "journal", "policy"];
+pub(crate) static LATER_TABLES: &[&str] = &["policy"];

@@ -12,6 +12,8 @@ use latchwork_block::{Class, Component};
 use latchwork_image::Type;
 use latchwork_io::direct::Role;
 use latchwork_io::driver::{DriverConfig, DriverKind};
+use latchwork_record::journal;
+use latchwork_sink::{Config, SinkKind};
 use std::path::PathBuf;
 use std::sync::Arc;
 
@@ -37,6 +39,19 @@ pub struct Model {
     pub tables: Vec<StatusTable>,
     /// Signs of life.
     pub heartbeat: Heartbeat,
+    /// Sinks in the order of the file.
+    pub sinks: Vec<SinkSpec>,
+    /// How its journal works, if one is kept.
+    pub journal: journal::Options,
+}
+
+/// One sink.
+#[derive(Clone)]
+pub struct SinkSpec {
+    /// Its kind.
+    pub kind: &'static SinkKind,
+    /// Name and keys.
+    pub config: Config,
 }
 
 /// One lane.

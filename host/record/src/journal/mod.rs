@@ -9,23 +9,33 @@
 //! disk) waits in the queue; what finds that full is counted and becomes one `lost` record in place of the first one that is
 //! missing. A damaged file is set aside and a new one begun. A number never stands for two records: where numbers cannot be
 //! known any more, the next ones begin beyond all that were ever reserved.
+//!
+//! Besides records the file has state (of alarms, of retained commands) that is written with the record that changed it, and
+//! a cursor per sink. What is too old or too much goes, oldest first, see [`Options::age`].
 
+mod query;
 mod reader;
+mod retention;
 mod store;
+mod tables;
 mod thread;
 mod verify;
+mod watch;
 
-pub use reader::{Filter, Reader};
+pub use query::{KindSet, Query};
+pub use reader::{Filter, Page, Reader};
 pub use verify::{Hole, Verdict, verify};
+pub use watch::Watch;
 
-use crate::{Kind, Record};
+use crate::{Kept, Kind, Record};
 use latchwork_image::Value;
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
-use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::mpsc::{Receiver, Sender};
 use std::thread::JoinHandle;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 /// Name of the file in the data folder.
 pub const FILE: &str = "journal.db";
@@ -33,18 +43,26 @@ pub const FILE: &str = "journal.db";
 pub const SOURCE: &str = "journal";
 
 /// How a journal works.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Options {
     /// A record is written at most so long after it came. Before, it has waited for its turn in the order of time for up to
     /// 25 ms: with the default it is written within 100 ms.
     pub within: Duration,
     /// Records that may wait while the disk takes none.
     pub queue: usize,
+    /// Records older than this go, counted back from the last one; `None`: none goes by its age. What a sink has not had
+    /// stays.
+    pub age: Option<Duration>,
+    /// The file holds at most so many bytes, give or take a batch; `None`: as many as come. What a sink has not had goes too,
+    /// and is told.
+    pub size: Option<u64>,
+    /// Names of the sinks there are: what they have not had is not too old.
+    pub sinks: Vec<String>,
 }
 
 impl Default for Options {
     fn default() -> Self {
-        Self { within: Duration::from_millis(70), queue: 200_000 }
+        Self { within: Duration::from_millis(70), queue: 200_000, age: None, size: None, sinks: Vec::new() }
     }
 }
 
@@ -98,6 +116,10 @@ pub struct Opening {
     pub last: u64,
     /// A damaged file that was set aside.
     pub set_aside: Option<PathBuf>,
+    /// What is kept besides records; of a damaged file, what could still be read.
+    pub kept: BTreeMap<String, String>,
+    /// How far each sink is: the number of the last record it has.
+    pub cursors: BTreeMap<String, u64>,
 }
 
 /// What the journal's thread has to tell, besides what it writes.
@@ -109,19 +131,46 @@ pub enum Notice {
     Accepted,
     /// The file was damaged, and stands there now.
     SetAside(PathBuf),
+    /// The size is reached: records went that a sink has not had.
+    Dropped {
+        /// Name of the sink.
+        sink: String,
+        /// How many it will not get.
+        count: u64,
+    },
+}
+
+/// Records that found no room.
+struct Missing {
+    first: Record,
+    count: u64,
+    /// State that would have come with them; the last value counts.
+    kept: BTreeMap<String, Option<String>>,
+}
+
+impl Missing {
+    fn keep(&mut self, kept: Vec<Kept>) {
+        self.kept.extend(kept.into_iter().map(|k| (k.name, k.value)));
+    }
+
+    fn item(self) -> store::Item {
+        let kept = self.kept.into_iter().map(|(name, value)| Kept { name, value }).collect();
+        store::Item { record: Some(lost(&self.first, self.count)), kept }
+    }
 }
 
 /// A journal that is being written.
 pub struct Journal {
-    sender: Option<Sender<Record>>,
-    /// Records that wait, and how many may.
+    sender: Option<Sender<store::Item>>,
+    /// Items that wait, and how many may.
     waiting: Arc<AtomicUsize>,
     room: usize,
     thread: Option<JoinHandle<u64>>,
-    durable: Arc<AtomicU64>,
+    watch: Watch,
     notices: Receiver<Notice>,
-    /// First record that found no room, and how many did.
-    missing: Option<(Record, u64)>,
+    missing: Option<Missing>,
+    /// Number of the last record that was handed over.
+    last: u64,
 }
 
 impl Journal {
@@ -130,47 +179,92 @@ impl Journal {
     /// # Errors
     /// A folder that cannot be written, a journal in use or of a newer version. A damaged one is no error: it is set aside.
     pub fn open(folder: &Path, options: Options) -> Result<(Self, Opening), JournalError> {
-        let (store, opening) = store::Store::open(folder)?;
+        let (store, opening) = store::Store::open(folder, retention::Retention::new(&options))?;
         // Bounded by a count of its own: a queue that is empty nearly always shall not hold its memory.
         let (sender, receiver) = std::sync::mpsc::channel();
         let waiting = Arc::new(AtomicUsize::new(0));
         let counted = Arc::clone(&waiting);
         let (tell, notices) = std::sync::mpsc::channel();
-        let durable = Arc::new(AtomicU64::new(opening.last));
-        let shared = Arc::clone(&durable);
-        let records = thread::Records { receiver, waiting: counted };
-        let body = move || thread::run(store, &records, options.within, &shared, &tell);
+        let watch = Watch::new(opening.last);
+        let shared = watch.clone();
+        let items = thread::Items { receiver, waiting: counted };
+        let body = move || thread::run(store, &items, options.within, &shared, &tell);
         let thread = std::thread::Builder::new().name("journal".into()).spawn(body);
         let thread = thread.map_err(|error| JournalError::Folder { folder: folder.into(), error })?;
         let (sender, thread, room) = (Some(sender), Some(thread), options.queue.max(2));
-        Ok((Self { sender, waiting, room, thread, durable, notices, missing: None }, opening))
+        Ok((Self { sender, waiting, room, thread, watch, notices, missing: None, last: opening.last }, opening))
     }
 
     /// Hands a record over; never waits.
     pub fn push(&mut self, record: &Record) {
+        self.push_with(record, Vec::new());
+    }
+
+    /// Hands a record over with the state that it stands for: both are on the disk, or neither; never waits.
+    pub fn push_with(&mut self, record: &Record, kept: Vec<Kept>) {
         // Room for the record, and for the one about those that are missing.
         let full = self.waiting.load(Ordering::Relaxed) + 2 > self.room;
-        match &mut self.missing {
-            Some((_, count)) if full => *count += 1,
-            None if full => self.missing = Some((record.clone(), 1)),
-            missing => {
-                let before = missing.take().map(|(first, count)| lost(&first, count));
-                before.into_iter().chain([record.clone()]).for_each(|r| self.send(r));
+        match (&mut self.missing, full) {
+            (Some(missing), true) => {
+                missing.count += 1;
+                missing.keep(kept);
+            }
+            (None, true) => {
+                let mut missing = Missing { first: record.clone(), count: 1, kept: BTreeMap::new() };
+                missing.keep(kept);
+                self.missing = Some(missing);
+            }
+            (_, false) => {
+                let before = self.missing.take().map(Missing::item);
+                let item = store::Item { record: Some(record.clone()), kept };
+                before.into_iter().chain([item]).for_each(|i| self.send(i));
             }
         }
     }
 
-    fn send(&self, record: Record) {
+    /// Hands state over that no record stands for; never waits.
+    pub fn keep(&mut self, kept: Vec<Kept>) {
+        match &mut self.missing {
+            // Not before the older state that waits for room.
+            Some(missing) => missing.keep(kept),
+            None if kept.is_empty() => {}
+            None => self.send(store::Item { record: None, kept }),
+        }
+    }
+
+    fn send(&mut self, item: store::Item) {
         self.waiting.fetch_add(1, Ordering::Relaxed);
+        self.last = item.record.as_ref().map_or(self.last, |r| r.seq);
         if let Some(sender) = &self.sender {
             // The thread outlives its queue unless it has panicked, and then nobody takes anything any more.
-            let _ = sender.send(record);
+            let _ = sender.send(item);
         }
     }
 
     /// The highest number for which it and all before are safe on disk.
     pub fn durable(&self) -> u64 {
-        self.durable.load(Ordering::Acquire)
+        self.watch.durable()
+    }
+
+    /// A handle for threads that follow the journal.
+    pub fn watch(&self) -> Watch {
+        self.watch.clone()
+    }
+
+    /// Waits until all that was handed over is durable; false if it is not when the time is up.
+    pub fn settle(&mut self, timeout: Duration) -> bool {
+        if let Some(missing) = self.missing.take() {
+            self.send(missing.item());
+        }
+        let (end, never) = (Instant::now() + timeout, AtomicBool::new(false));
+        while self.last > self.durable() {
+            let left = end.saturating_duration_since(Instant::now());
+            if left.is_zero() || self.thread.as_ref().is_none_or(JoinHandle::is_finished) {
+                return false;
+            }
+            self.watch.wait(self.last - 1, left, &never);
+        }
+        true
     }
 
     /// What there is to tell, if anything.
@@ -187,9 +281,9 @@ impl Journal {
     fn end(&mut self) -> u64 {
         let missing = self.missing.take();
         let Some(sender) = self.sender.take() else { return 0 };
-        let left = missing.map_or(0, |(first, count)| match sender.send(lost(&first, count)) {
-            Ok(()) => 0,
-            Err(_) => count,
+        let left = missing.map_or(0, |missing| {
+            let count = missing.count;
+            if sender.send(missing.item()).is_ok() { 0 } else { count }
         });
         drop(sender);
         if let Some(thread) = self.thread.take() {

@@ -1,9 +1,11 @@
 //! Reading, also while the journal is being written.
 
-use super::store::{COLUMNS, read_only, record};
-use super::{JournalError, store};
+use super::JournalError;
+use super::query::Query;
+use super::tables::{self, COLUMNS, read_only, record};
 use crate::Record;
-use rusqlite::{Connection, params};
+use rusqlite::{Connection, Row, ToSql, params};
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 /// Which records.
@@ -23,6 +25,15 @@ impl Default for Filter {
     }
 }
 
+/// Records of one look, and how far it went.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Page {
+    /// Records that were asked for, by number.
+    pub records: Vec<Record>,
+    /// Everything up to this number has been looked at: the next page begins after it.
+    pub reached: u64,
+}
+
 /// A journal that is read.
 pub struct Reader {
     pub(super) connection: Connection,
@@ -35,7 +46,7 @@ impl Reader {
     /// # Errors
     /// No journal there, one of a newer version, one that cannot be read.
     pub fn open(folder: &Path) -> Result<Self, JournalError> {
-        Ok(Self { connection: read_only(folder)?, path: store::path(folder) })
+        Ok(Self { connection: read_only(folder)?, path: tables::path(folder) })
     }
 
     /// At most `limit` records, by number.
@@ -43,7 +54,6 @@ impl Reader {
     /// # Errors
     /// A damaged or vanished file.
     pub fn records(&self, filter: Filter, limit: usize) -> Result<Vec<Record>, JournalError> {
-        let number = |n: u64| i64::try_from(n).unwrap_or(i64::MAX);
         let read = || -> rusqlite::Result<Vec<Record>> {
             let mut select = self.connection.prepare_cached(&format!(
                 "SELECT {COLUMNS} FROM records WHERE seq > ?1 AND time >= ?2 AND time < ?3 ORDER BY seq LIMIT ?4"
@@ -57,7 +67,77 @@ impl Reader {
         read().map_err(|error| self.failed(error))
     }
 
+    /// At most `limit` records by number, and how far the search went. A bound `query.until` also bounds what one call costs:
+    /// a query that little fits reads everything up to there.
+    ///
+    /// # Errors
+    /// A damaged or vanished file.
+    pub fn page(&self, query: &Query<'_>, limit: usize) -> Result<Page, JournalError> {
+        let records = self.select(query, "ASC", limit).map_err(|error| self.failed(error))?;
+        let reached = match records.last() {
+            Some(last) if records.len() >= limit => last.seq,
+            _ => query.until,
+        };
+        Ok(Page { records, reached })
+    }
+
+    /// The last `limit` records, by number.
+    ///
+    /// # Errors
+    /// A damaged or vanished file.
+    pub fn newest(&self, query: &Query<'_>, limit: usize) -> Result<Vec<Record>, JournalError> {
+        let mut records = self.select(query, "DESC", limit).map_err(|error| self.failed(error))?;
+        records.reverse();
+        Ok(records)
+    }
+
+    fn select(&self, query: &Query<'_>, order: &str, limit: usize) -> rusqlite::Result<Vec<Record>> {
+        let mut select = self.connection.prepare_cached(&format!(
+            "SELECT {COLUMNS} FROM records WHERE seq > ?1 AND seq <= ?2 AND time >= ?3 AND time < ?4 \
+             AND (?5 >> kind) & 1 = 1 AND priority >= ?6 ORDER BY seq {order}"
+        ))?;
+        let (after, until, from, to) = (number(query.after), number(query.until), number(query.from), number(query.to));
+        let values: [&dyn ToSql; 6] = [&after, &until, &from, &to, &query.kinds.bits(), &query.priority];
+        let mut rows = select.query(&values[..])?;
+        let mut records = Vec::new();
+        while records.len() < limit
+            && let Some(row) = rows.next()?
+        {
+            if wanted(row, query)? {
+                records.push(record(row)?);
+            }
+        }
+        Ok(records)
+    }
+
+    /// What is kept besides records, by name.
+    ///
+    /// # Errors
+    /// A damaged or vanished file.
+    pub fn kept(&self) -> Result<BTreeMap<String, String>, JournalError> {
+        tables::kept(&self.connection).map_err(|error| self.failed(error))
+    }
+
+    /// How far each sink is: the number of the last record it has.
+    ///
+    /// # Errors
+    /// A damaged or vanished file.
+    pub fn cursors(&self) -> Result<BTreeMap<String, u64>, JournalError> {
+        let cursors = tables::cursors(&self.connection).map_err(|error| self.failed(error))?;
+        Ok(cursors.into_iter().map(|(name, cursor)| (name, cursor.seq)).collect())
+    }
+
     pub(super) fn failed(&self, error: rusqlite::Error) -> JournalError {
         JournalError::Database { path: self.path.clone(), error }
     }
+}
+
+fn wanted(row: &Row<'_>, query: &Query<'_>) -> rusqlite::Result<bool> {
+    let Some(source) = query.source else { return Ok(true) };
+    Ok(row.get_ref(3)?.as_str().is_ok_and(source))
+}
+
+/// As SQLite counts.
+fn number(n: u64) -> i64 {
+    i64::try_from(n).unwrap_or(i64::MAX)
 }

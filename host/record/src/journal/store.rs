@@ -1,37 +1,44 @@
-//! The database: one table of records, one of what is known of it.
+//! The file of a journal that is written: batches, damage, numbers that are taken.
 
-use super::{FILE, JournalError, Opening, SOURCE};
-use crate::{Kind, Record};
-use latchwork_image::Value;
-use rusqlite::types::{ToSqlOutput, ValueRef};
-use rusqlite::{Connection, ErrorCode, OpenFlags, params};
+use super::retention::Retention;
+use super::tables::{self, Cursor, Stored, begin, path};
+use super::{FILE, JournalError, Opening};
+use crate::{Kept, Record};
+use rusqlite::{Connection, ErrorCode, Transaction, params};
+use std::collections::BTreeMap;
 use std::fs::File;
 use std::path::{Path, PathBuf};
-use std::time::Duration;
 
-/// Version of the tables.
-const VERSION: i64 = 1;
 /// Name of the file with the reserved numbers.
 const RESERVED: &str = "journal.reserved";
 /// Numbers reserved ahead: so many may be passed over when a journal was damaged.
 const RESERVE: u64 = 100_000;
 
+/// What goes into the file together: a record and the state that belongs to it.
+#[derive(Debug)]
+pub(super) struct Item {
+    pub(super) record: Option<Record>,
+    pub(super) kept: Vec<Kept>,
+}
+
 /// The open database of a journal that is written.
 pub(super) struct Store {
     folder: PathBuf,
-    connection: Connection,
+    pub(super) connection: Connection,
     /// The next number beyond what was reserved.
     reserved: u64,
+    /// Number and time of the last record.
+    pub(super) last: (u64, u64),
+    /// What the file has besides records, for the next one if this is damaged.
+    kept: BTreeMap<String, String>,
+    pub(super) cursors: BTreeMap<String, Cursor>,
+    pub(super) retention: Retention,
     /// Held while the journal is open, so that no other program writes it.
     _lock: File,
 }
 
-pub(super) fn path(folder: &Path) -> PathBuf {
-    folder.join(FILE)
-}
-
 impl Store {
-    pub(super) fn open(folder: &Path) -> Result<(Self, Opening), JournalError> {
+    pub(super) fn open(folder: &Path, retention: Retention) -> Result<(Self, Opening), JournalError> {
         let of_folder = |error| JournalError::Folder { folder: folder.into(), error };
         std::fs::create_dir_all(folder).map_err(of_folder)?;
         let lock = File::create(folder.join("journal.lock")).map_err(of_folder)?;
@@ -43,68 +50,94 @@ impl Store {
         let reserved = read_reserved(folder).map_err(of_folder)?;
         let existed = path(folder).exists();
         let mut set_aside = None;
-        let (connection, last) = match begin(folder) {
+        let (connection, contents) = match begin(folder).and_then(|c| contents(folder, &c).map(|found| (c, found))) {
             Ok(begun) => begun,
             Err(JournalError::Database { error, .. }) if is_damage(&error) => {
-                set_aside = Some(self::set_aside(folder).map_err(of_folder)?);
-                begin(folder)?
+                let aside = self::set_aside(folder).map_err(of_folder)?;
+                let connection = begin(folder)?;
+                let (kept, cursors) = tables::salvage(&aside);
+                set_aside = Some(aside);
+                (connection, Contents { last: (0, 0), kept, cursors })
             }
             Err(error) => return Err(error),
         };
+        let Contents { last, kept, cursors } = contents;
         // A new file in place of a damaged or a removed one: no number of the old one may come twice.
         let anew = set_aside.is_some() || !existed;
-        let last = if anew { last.max(reserved.saturating_sub(1)) } else { last };
-        let mut store = Self { folder: folder.into(), connection, reserved, _lock: lock };
-        store.reserve(last + 1).map_err(of_folder)?;
-        Ok((store, Opening { last, set_aside }))
+        let last = if anew { (last.0.max(reserved.saturating_sub(1)), last.1) } else { last };
+        let mut store =
+            Self { folder: folder.into(), connection, reserved, last, kept, cursors, retention, _lock: lock };
+        store.reserve(last.0 + 1).map_err(of_folder)?;
+        if set_aside.is_some() {
+            store.write_copies().map_err(|error| JournalError::Database { path: path(folder), error })?;
+        }
+        let opening = Opening {
+            last: last.0,
+            set_aside,
+            kept: store.kept.clone(),
+            cursors: store.cursors.iter().map(|(name, cursor)| (name.clone(), cursor.seq)).collect(),
+        };
+        Ok((store, opening))
     }
 
-    /// Writes records as one, and to the disk.
-    pub(super) fn write(&mut self, records: &[Record]) -> Result<(), WriteError> {
-        if let Some(last) = records.last() {
+    /// Writes records with their state and the cursors that moved, as one, and to the disk.
+    pub(super) fn write(&mut self, items: &[Item], moved: &BTreeMap<String, u64>) -> Result<(), WriteError> {
+        let last = items.iter().rev().find_map(|i| i.record.as_ref());
+        if let Some(last) = last {
             self.reserve(last.seq + 1).map_err(|e| WriteError::Refused(e.to_string()))?;
         }
-        self.insert(records).map_err(|error| {
-            if is_damage(&error) {
-                WriteError::Damaged(error.to_string())
-            } else {
-                WriteError::Refused(error.to_string())
-            }
-        })
-    }
-
-    fn insert(&mut self, records: &[Record]) -> rusqlite::Result<()> {
-        let transaction = self.connection.transaction()?;
-        {
-            // What was written and is offered again, because nobody knows whether it was, is the same record.
-            let mut insert = transaction.prepare_cached(
-                "INSERT OR IGNORE INTO records (seq, time, kind, source, transition, previous, current, priority, user, text) \
-                 VALUES (?1, ?2, ?3, ?4, ?5, ?6, ?7, ?8, ?9, ?10)",
-            )?;
-            for r in records {
-                insert.execute(params![
-                    r.seq as i64,
-                    r.time as i64,
-                    r.kind as u8,
-                    r.source,
-                    r.transition,
-                    Stored(&r.previous),
-                    Stored(&r.current),
-                    r.priority,
-                    r.user,
-                    r.text
-                ])?;
-            }
+        let told = self.retention.told_by(items.iter().filter_map(|i| i.record.as_ref()));
+        // The last value of a name counts.
+        let changes: BTreeMap<&str, Option<&str>> =
+            items.iter().flat_map(|i| &i.kept).map(|k| (k.name.as_str(), k.value.as_deref())).collect();
+        let mut cursors = self.cursors.clone();
+        for (name, seq) in moved {
+            cursors.entry(name.clone()).or_default().seq = *seq;
         }
-        transaction.commit()
+        for (name, count) in &told {
+            let cursor = cursors.entry(name.clone()).or_default();
+            cursor.dropped = cursor.dropped.saturating_sub(*count);
+        }
+        let mut write = || -> rusqlite::Result<()> {
+            let transaction = self.connection.transaction()?;
+            insert(&transaction, items)?;
+            keep(&transaction, &changes)?;
+            move_cursors(
+                &transaction,
+                cursors.iter().filter(|(name, cursor)| self.cursors.get(*name) != Some(cursor)),
+            )?;
+            transaction.commit()
+        };
+        write().map_err(|error| WriteError::of(&error))?;
+        for (name, value) in changes {
+            match value {
+                Some(value) => self.kept.insert(name.into(), value.into()),
+                None => self.kept.remove(name),
+            };
+        }
+        self.cursors = cursors;
+        self.retention.told(told.len());
+        if let Some(last) = last {
+            self.last = (last.seq, self.last.1.max(last.time));
+        }
+        Ok(())
     }
 
-    /// Sets the damaged file aside and begins a new one.
+    /// Sets the damaged file aside and begins a new one, with the same state.
     pub(super) fn begin_anew(&mut self) -> Result<PathBuf, JournalError> {
         let of_folder = |error| JournalError::Folder { folder: self.folder.clone(), error };
         let aside = set_aside(&self.folder).map_err(of_folder)?;
-        (self.connection, _) = begin(&self.folder)?;
+        self.connection = begin(&self.folder)?;
+        self.write_copies().map_err(|error| JournalError::Database { path: path(&self.folder), error })?;
         Ok(aside)
+    }
+
+    /// Writes all state and all cursors into the file.
+    fn write_copies(&mut self) -> rusqlite::Result<()> {
+        let transaction = self.connection.transaction()?;
+        keep(&transaction, &self.kept.iter().map(|(name, value)| (name.as_str(), Some(value.as_str()))).collect())?;
+        move_cursors(&transaction, self.cursors.iter())?;
+        transaction.commit()
     }
 
     /// Makes sure that numbers below `next` and some more are known to be taken, whatever becomes of the database.
@@ -123,6 +156,71 @@ impl Store {
     }
 }
 
+/// What a file has.
+struct Contents {
+    last: (u64, u64),
+    kept: BTreeMap<String, String>,
+    cursors: BTreeMap<String, Cursor>,
+}
+
+fn contents(folder: &Path, connection: &Connection) -> Result<Contents, JournalError> {
+    let read = || -> rusqlite::Result<Contents> {
+        let (kept, cursors) = (tables::kept(connection)?, tables::cursors(connection)?);
+        Ok(Contents { last: tables::last(connection)?, kept, cursors })
+    };
+    read().map_err(|error| JournalError::Database { path: path(folder), error })
+}
+
+fn insert(transaction: &Transaction<'_>, items: &[Item]) -> rusqlite::Result<()> {
+    // What was written and is offered again, because nobody knows whether it was, is the same record.
+    let mut insert = transaction.prepare_cached(
+        "INSERT OR IGNORE INTO records (seq, time, kind, source, transition, previous, current, priority, user, text) \
+         VALUES (?1, ?2, ?3, ?4, ?5, ?6, ?7, ?8, ?9, ?10)",
+    )?;
+    for r in items.iter().filter_map(|i| i.record.as_ref()) {
+        insert.execute(params![
+            r.seq as i64,
+            r.time as i64,
+            r.kind as u8,
+            r.source,
+            r.transition,
+            Stored(&r.previous),
+            Stored(&r.current),
+            r.priority,
+            r.user,
+            r.text
+        ])?;
+    }
+    Ok(())
+}
+
+fn keep(transaction: &Transaction<'_>, changes: &BTreeMap<&str, Option<&str>>) -> rusqlite::Result<()> {
+    if changes.is_empty() {
+        return Ok(());
+    }
+    let mut keep = transaction.prepare_cached("INSERT OR REPLACE INTO kept (name, value) VALUES (?1, ?2)")?;
+    let mut remove = transaction.prepare_cached("DELETE FROM kept WHERE name = ?1")?;
+    for (name, value) in changes {
+        match value {
+            Some(value) => keep.execute(params![name, value])?,
+            None => remove.execute(params![name])?,
+        };
+    }
+    Ok(())
+}
+
+pub(super) fn move_cursors<'a>(
+    transaction: &Transaction<'_>,
+    cursors: impl Iterator<Item = (&'a String, &'a Cursor)>,
+) -> rusqlite::Result<()> {
+    let mut insert =
+        transaction.prepare_cached("INSERT OR REPLACE INTO sinks (name, seq, dropped) VALUES (?1, ?2, ?3)")?;
+    for (name, cursor) in cursors {
+        insert.execute(params![name, cursor.seq as i64, cursor.dropped as i64])?;
+    }
+    Ok(())
+}
+
 /// Why a batch was not written.
 #[derive(Debug)]
 pub(super) enum WriteError {
@@ -130,6 +228,12 @@ pub(super) enum WriteError {
     Refused(String),
     /// The file is damaged.
     Damaged(String),
+}
+
+impl WriteError {
+    pub(super) fn of(error: &rusqlite::Error) -> Self {
+        if is_damage(error) { Self::Damaged(error.to_string()) } else { Self::Refused(error.to_string()) }
+    }
 }
 
 fn is_damage(error: &rusqlite::Error) -> bool {
@@ -159,124 +263,17 @@ fn set_aside(folder: &Path) -> std::io::Result<PathBuf> {
     Ok(aside)
 }
 
-/// Opens the database for writing, with its tables; the last number in it.
-fn begin(folder: &Path) -> Result<(Connection, u64), JournalError> {
-    let path = path(folder);
-    let database = |error| JournalError::Database { path: path.clone(), error };
-    let connection = Connection::open(&path).map_err(database)?;
-    let version: i64 = connection.query_row("PRAGMA user_version", [], |row| row.get(0)).map_err(database)?;
-    if version > VERSION {
-        return Err(JournalError::Newer { path, found: version, known: VERSION });
-    }
-    // FULL: a commit has reached the disk when it returns.
-    connection
-        .execute_batch(
-            &format!(
-                "PRAGMA journal_mode = WAL; PRAGMA synchronous = FULL; PRAGMA wal_autocheckpoint = 4000; \
-             PRAGMA journal_size_limit = 67108864;
-             BEGIN IMMEDIATE;
-             CREATE TABLE IF NOT EXISTS records (
-                 seq INTEGER PRIMARY KEY, time INTEGER NOT NULL, kind INTEGER NOT NULL, source TEXT NOT NULL,
-                 transition TEXT NOT NULL, previous, current, priority INTEGER NOT NULL, user TEXT NOT NULL,
-                 text TEXT NOT NULL);
-             CREATE INDEX IF NOT EXISTS records_time ON records (time);
-             PRAGMA user_version = {VERSION};
-             COMMIT;"
-            )
-            .replace("", ""),
-        )
-        .map_err(database)?;
-    let last: Option<i64> =
-        connection.query_row("SELECT max(seq) FROM records", [], |row| row.get(0)).map_err(database)?;
-    Ok((connection, last.unwrap_or(0) as u64))
-}
-
-/// Opens the database for reading alone.
-pub(super) fn read_only(folder: &Path) -> Result<Connection, JournalError> {
-    let path = path(folder);
-    if !path.exists() {
-        return Err(JournalError::Missing { folder: folder.into() });
-    }
-    let database = |error| JournalError::Database { path: path.clone(), error };
-    let flags = OpenFlags::SQLITE_OPEN_READ_ONLY | OpenFlags::SQLITE_OPEN_NO_MUTEX;
-    let connection = Connection::open_with_flags(&path, flags).map_err(database)?;
-    connection.busy_timeout(Duration::from_secs(5)).map_err(database)?;
-    let version: i64 = connection.query_row("PRAGMA user_version", [], |row| row.get(0)).map_err(database)?;
-    if version > VERSION {
-        return Err(JournalError::Newer { path, found: version, known: VERSION });
-    }
-    // Whoever began it was ended before it had its tables.
-    if version == 0 {
-        return Err(JournalError::Missing { folder: folder.into() });
-    }
-    Ok(connection)
-}
-
-/// A value as SQLite keeps it: booleans and NaN, which it does not have, as blobs of one and of eight bytes.
-struct Stored<'a>(&'a Value);
-
-impl rusqlite::ToSql for Stored<'_> {
-    fn to_sql(&self) -> rusqlite::Result<ToSqlOutput<'_>> {
-        use rusqlite::types::Value as Sql;
-        Ok(match self.0 {
-            Value::None => ToSqlOutput::Owned(Sql::Null),
-            Value::Boolean(b) => ToSqlOutput::Owned(Sql::Blob(vec![u8::from(*b)])),
-            Value::Integer(i) => match i64::try_from(*i) {
-                Ok(i) => ToSqlOutput::Owned(Sql::Integer(i)),
-                Err(_) => ToSqlOutput::Owned(Sql::Blob(i.to_le_bytes().to_vec())),
-            },
-            Value::Real(r) if r.is_nan() => ToSqlOutput::Owned(Sql::Blob(r.to_le_bytes().to_vec())),
-            Value::Real(r) => ToSqlOutput::Owned(Sql::Real(*r)),
-            Value::Text(t) => ToSqlOutput::Borrowed(ValueRef::Text(t.as_bytes())),
-        })
-    }
-}
-
-/// The value that [`Stored`] has kept.
-fn restored(value: ValueRef<'_>) -> Value {
-    match value {
-        ValueRef::Null => Value::None,
-        ValueRef::Integer(i) => Value::Integer(i.into()),
-        ValueRef::Real(r) => Value::Real(r),
-        ValueRef::Text(t) => Value::Text(String::from_utf8_lossy(t).into_owned()),
-        ValueRef::Blob(blob) => match (blob, <[u8; 16]>::try_from(blob), <[u8; 8]>::try_from(blob)) {
-            ([byte], ..) => Value::Boolean(*byte != 0),
-            (_, Ok(bytes), _) => Value::Integer(i128::from_le_bytes(bytes)),
-            (_, _, Ok(bytes)) => Value::Real(f64::from_le_bytes(bytes)),
-            _ => Value::None,
-        },
-    }
-}
-
-/// The columns that [`record`] takes.
-pub(super) const COLUMNS: &str = "seq, time, kind, source, transition, previous, current, priority, user, text";
-
-/// A record from a row of [`COLUMNS`].
-pub(super) fn record(row: &rusqlite::Row<'_>) -> rusqlite::Result<Record> {
-    let kind: u8 = row.get(2)?;
-    Ok(Record {
-        seq: row.get::<_, i64>(0)? as u64,
-        time: row.get::<_, i64>(1)? as u64,
-        kind: Kind::from_number(kind).ok_or(rusqlite::Error::IntegralValueOutOfRange(2, kind.into()))?,
-        source: row.get(3)?,
-        transition: row.get::<_, String>(4)?.into(),
-        previous: restored(row.get_ref(5)?),
-        current: restored(row.get_ref(6)?),
-        priority: row.get(7)?,
-        user: row.get(8)?,
-        text: row.get(9)?,
-    })
-}
-
-/// A record that explains why numbers are missing.
-pub(super) fn explains(record: &Record) -> bool {
-    record.kind == Kind::Lost && record.source == SOURCE
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::Kind;
     use crate::journal::{Filter, Reader};
+    use latchwork_image::Value;
+
+    fn item(seq: u64) -> Item {
+        let kept = vec![Kept { name: format!("n{}", seq % 2), value: (seq != 4).then(|| seq.to_string()) }];
+        Item { record: Some(record(seq)), kept }
+    }
 
     fn record(seq: u64) -> Record {
         Record {
@@ -299,17 +296,39 @@ mod tests {
     }
 
     #[test]
-    fn a_file_begun_anew_while_the_plant_runs_keeps_what_is_written_then() {
+    fn a_file_begun_anew_while_the_plant_runs_keeps_what_is_written_then_and_all_state() {
         let folder = tempfile::TempDir::new().expect("a folder");
-        let (mut store, _) = Store::open(folder.path()).expect("a journal");
-        store.write(&[record(1), record(2)]).expect("room");
+        let (mut store, _) = Store::open(folder.path(), Retention::default()).expect("a journal");
+        store.write(&[item(1), item(2)], &[("file".to_owned(), 2)].into()).expect("room");
         let aside = store.begin_anew().expect("a new file");
         assert!(aside.exists());
-        store.write(&[record(3)]).expect("room");
+        store.write(&[item(3), item(4)], &BTreeMap::new()).expect("room");
         // Another program sees it at once, and it is there after the end.
-        assert_eq!(numbers(folder.path()), [3]);
+        assert_eq!(numbers(folder.path()), [3, 4]);
         assert!(folder.path().join("journal.db-wal").exists(), "the new file has its log");
+        let reader = Reader::open(folder.path()).expect("a journal");
+        assert_eq!(reader.kept().expect("state"), [("n1".to_owned(), "3".to_owned())].into());
+        assert_eq!(reader.cursors().expect("cursors"), [("file".to_owned(), 2)].into());
         drop(store);
-        assert_eq!(numbers(folder.path()), [3]);
+        assert_eq!(numbers(folder.path()), [3, 4]);
+    }
+
+    #[test]
+    fn a_file_of_version_1_is_taken_over() {
+        let folder = tempfile::TempDir::new().expect("a folder");
+        let (mut store, _) = Store::open(folder.path(), Retention::default()).expect("a journal");
+        store.write(&[item(1)], &BTreeMap::new()).expect("room");
+        store
+            .connection
+            .execute_batch("DROP TABLE kept; DROP TABLE sinks; PRAGMA user_version = 1")
+            .expect("as it was");
+        drop(store);
+        let reader = Reader::open(folder.path()).expect("an old journal");
+        assert!(reader.kept().expect("none").is_empty() && reader.cursors().expect("none").is_empty());
+        let (mut store, opening) = Store::open(folder.path(), Retention::default()).expect("a journal");
+        assert_eq!(opening, Opening { last: 1, ..Opening::default() });
+        store.write(&[item(2)], &[("file".to_owned(), 1)].into()).expect("room");
+        assert_eq!(numbers(folder.path()), [1, 2]);
+        assert_eq!(reader.cursors().expect("cursors"), [("file".to_owned(), 1)].into());
     }
 }

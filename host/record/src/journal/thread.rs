@@ -1,78 +1,102 @@
 //! The thread that writes: batches, each one transaction.
 
 use super::Notice;
-use super::store::{Store, WriteError};
-use crate::Record;
+use super::store::{Item, Store, WriteError};
+use super::watch::Watch;
+use std::collections::BTreeMap;
 use std::sync::Arc;
-use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering};
+use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender};
 use std::time::{Duration, Instant};
 
-/// Records of one transaction at most.
+/// Items of one transaction at most.
 const BATCH: usize = 16_384;
-/// Longest wait for a first record; only then it waits anew.
-const IDLE: Duration = Duration::from_secs(3600);
+/// Longest wait for a first record: cursors that moved meanwhile are written then, and what is too old goes.
+const IDLE: Duration = Duration::from_secs(1);
 /// Pause before a batch that was refused is offered again.
 const PAUSE: Duration = Duration::from_millis(250);
 /// How often a batch that is refused is offered again once the plant has ended.
 const LAST_TRIES: usize = 8;
 
 /// The receiving end of the queue.
-pub(super) struct Records {
-    pub(super) receiver: Receiver<Record>,
+pub(super) struct Items {
+    pub(super) receiver: Receiver<Item>,
     /// How many wait in it.
     pub(super) waiting: Arc<AtomicUsize>,
 }
 
-impl Records {
-    fn next(&self, end: Instant) -> Result<Record, RecvTimeoutError> {
-        let record = self.receiver.recv_timeout(end.saturating_duration_since(Instant::now()))?;
+impl Items {
+    fn next(&self, end: Instant) -> Result<Item, RecvTimeoutError> {
+        let item = self.receiver.recv_timeout(end.saturating_duration_since(Instant::now()))?;
         self.waiting.fetch_sub(1, Ordering::Relaxed);
-        Ok(record)
+        Ok(item)
     }
 }
 
-/// Writes until no more will come; how many it could not write.
-pub(super) fn run(
-    mut store: Store,
-    records: &Records,
-    within: Duration,
-    durable: &AtomicU64,
-    tell: &Sender<Notice>,
-) -> u64 {
+/// Writes until no more will come; how many records it could not write.
+pub(super) fn run(mut store: Store, items: &Items, within: Duration, watch: &Watch, tell: &Sender<Notice>) -> u64 {
     let mut batch = Vec::new();
-    let mut refused = false;
+    let mut cursors = BTreeMap::new();
+    let (mut refused, mut more_to_drop) = (false, false);
     let mut tries = 0;
+    // Nobody listens any more at the end: what is told then was not worth waiting for.
+    let say = |notice| drop(tell.send(notice));
+    store.untold().into_iter().for_each(|(sink, count)| say(Notice::Dropped { sink, count }));
     loop {
-        let more = gather(records, &mut batch, if refused { Duration::ZERO } else { within });
-        if batch.is_empty() {
-            if more { continue } else { return 0 }
-        }
-        match store.write(&batch) {
-            Ok(()) => {
-                if let Some(last) = batch.last() {
-                    durable.store(last.seq, Ordering::Release);
-                }
-                batch.clear();
-                if std::mem::take(&mut refused) {
-                    // Nobody listens any more at the end.
-                    let _ = tell.send(Notice::Accepted);
-                }
+        let idle = if more_to_drop { Duration::ZERO } else { IDLE };
+        let open = gather(items, &mut batch, if refused { Duration::ZERO } else { within }, idle);
+        // They cost no write of their own while records come, and one a second otherwise.
+        cursors.extend(watch.take_cursors());
+        if batch.is_empty() && cursors.is_empty() {
+            if !open {
+                return 0;
             }
-            Err(WriteError::Damaged(why)) => match store.begin_anew() {
-                Ok(aside) => {
-                    let _ = tell.send(Notice::SetAside(aside));
+        } else {
+            match store.write(&batch, &cursors) {
+                Ok(()) => {
+                    if let Some(last) = batch.iter().rev().find_map(|i| i.record.as_ref()) {
+                        watch.committed(last.seq);
+                    }
+                    batch.clear();
+                    cursors.clear();
+                    if std::mem::take(&mut refused) {
+                        say(Notice::Accepted);
+                    }
                 }
-                Err(error) => pause(&mut refused, tell, &format!("{why}; {error}")),
-            },
-            Err(WriteError::Refused(why)) => pause(&mut refused, tell, &why),
+                Err(error) => failed(&mut store, error, &mut refused, watch, tell),
+            }
         }
-        if !more && !batch.is_empty() {
+        if open {
+            match store.retain() {
+                Ok(step) => {
+                    more_to_drop = step.more;
+                    step.tell.into_iter().for_each(|(sink, count)| say(Notice::Dropped { sink, count }));
+                }
+                Err(error) => failed(&mut store, error, &mut refused, watch, tell),
+            }
+        } else if !batch.is_empty() {
             tries += 1;
             if tries >= LAST_TRIES {
-                return (batch.len() + records.waiting.load(Ordering::Relaxed)) as u64;
+                let left = batch.iter().filter(|i| i.record.is_some()).count();
+                return (left + items.waiting.load(Ordering::Relaxed)) as u64;
             }
+        } else if cursors.is_empty() && items.waiting.load(Ordering::Relaxed) == 0 {
+            return 0;
         }
+    }
+}
+
+fn failed(store: &mut Store, error: WriteError, refused: &mut bool, watch: &Watch, tell: &Sender<Notice>) {
+    match error {
+        WriteError::Damaged(why) => match store.begin_anew() {
+            Ok(aside) => {
+                watch.begun_anew();
+                // Nobody listens any more at the end.
+                let _ = tell.send(Notice::SetAside(aside));
+            }
+            Err(error) => pause(refused, tell, &format!("{why}; {error}")),
+        },
+        WriteError::Refused(why) => pause(refused, tell, &why),
     }
 }
 
@@ -83,19 +107,20 @@ fn pause(refused: &mut bool, tell: &Sender<Notice>, why: &str) {
     std::thread::sleep(PAUSE);
 }
 
-/// Takes records until the first of them has waited long enough, or the batch is full; false when no more will come.
-fn gather(records: &Records, batch: &mut Vec<Record>, within: Duration) -> bool {
-    while batch.is_empty() {
-        match records.next(Instant::now() + IDLE) {
-            Ok(record) => batch.push(record),
-            Err(RecvTimeoutError::Timeout) => {}
+/// Takes items until the first of them has waited long enough, or the batch is full; waits for a first one for `idle`. False
+/// when no more will come.
+fn gather(items: &Items, batch: &mut Vec<Item>, within: Duration, idle: Duration) -> bool {
+    if batch.is_empty() {
+        match items.next(Instant::now() + idle) {
+            Ok(item) => batch.push(item),
+            Err(RecvTimeoutError::Timeout) => return true,
             Err(RecvTimeoutError::Disconnected) => return false,
         }
     }
     let end = Instant::now() + within;
     while batch.len() < BATCH {
-        match records.next(end) {
-            Ok(record) => batch.push(record),
+        match items.next(end) {
+            Ok(item) => batch.push(item),
             Err(RecvTimeoutError::Timeout) => return true,
             Err(RecvTimeoutError::Disconnected) => return false,
         }

@@ -1,6 +1,6 @@
 //! Whether a journal is whole.
 
-use super::store::explains;
+use super::tables::explains;
 use super::{Filter, JournalError, Reader};
 use latchwork_image::Value;
 use std::path::Path;

@@ -1,0 +1,52 @@
+//! Sinks, and the journal that they read.
+
+use crate::file::PlantFile;
+use crate::model::SinkSpec;
+use latchwork_record::journal::Options;
+use latchwork_schema::{Checker, Finding};
+use latchwork_sink::Config;
+use std::path::Path;
+use std::time::Duration;
+
+/// Size of a journal whose plant file says nothing.
+const SIZE: u64 = 4 << 30;
+
+/// The sinks that are sound.
+pub(super) fn sinks(checker: &mut Checker, file: &PlantFile, folder: &Path) -> Vec<SinkSpec> {
+    if let Some(first) = file.sinks.first() {
+        let count = file.sinks.len();
+        let what = if count == 1 { "the sink works".to_owned() } else { format!("the {count} sinks work") };
+        let message = format!("{what} only where records are kept: with `run --data FOLDER`");
+        checker.add(Finding::note(&first.key, message));
+    }
+    let mut sound = Vec::new();
+    for entry in &file.sinks {
+        let Some(kind) = entry.kind.filter(|_| entry.sound) else { continue };
+        let config = Config {
+            name: entry.name.clone(),
+            plant: file.plant.text("name").unwrap_or_default().to_owned(),
+            folder: folder.to_owned(),
+            values: entry.values.clone(),
+        };
+        for problem in latchwork_sink::check(&config).into_iter().chain((kind.check)(&config)) {
+            let known = entry.values.has(&problem.key);
+            let span = if known { entry.values.span_of(&problem.key) } else { entry.key.clone() };
+            checker.add(Finding::error(&span, problem.message).maybe_help(problem.help));
+        }
+        sound.push(SinkSpec { kind, config });
+    }
+    sound
+}
+
+/// How the journal works, if one is kept.
+pub(super) fn journal(file: &PlantFile) -> Options {
+    let (values, default) = (&file.journal, Options::default());
+    let queue = values.integer("queue").and_then(|n| usize::try_from(n).ok());
+    Options {
+        within: values.duration("within").map_or(default.within, Duration::from_nanos),
+        queue: queue.unwrap_or(default.queue),
+        age: values.duration("age").map(Duration::from_nanos),
+        size: Some(values.size("size").unwrap_or(SIZE)),
+        sinks: file.sinks.iter().map(|s| s.name.clone()).collect(),
+    }
+}

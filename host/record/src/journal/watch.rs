@@ -1,0 +1,94 @@
+//! What others see of a journal while it is written: how far it is safe, and where their cursors go.
+
+use std::collections::BTreeMap;
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
+use std::time::{Duration, Instant};
+
+/// A handle for whoever follows the journal from a thread of its own. Clones are the same handle.
+#[derive(Clone, Default)]
+pub struct Watch {
+    shared: Arc<Shared>,
+}
+
+#[derive(Default)]
+struct Shared {
+    durable: AtomicU64,
+    state: Mutex<State>,
+    /// The number has risen, the file is another one, or somebody was woken.
+    changed: Condvar,
+}
+
+#[derive(Default)]
+struct State {
+    /// Cursors that are not on the disk yet.
+    cursors: BTreeMap<String, u64>,
+    /// How often the file was begun anew.
+    files: u64,
+}
+
+impl Watch {
+    pub(super) fn new(durable: u64) -> Self {
+        let watch = Self::default();
+        watch.shared.durable.store(durable, Ordering::Release);
+        watch
+    }
+
+    /// The highest number for which it and all before are safe on disk.
+    pub fn durable(&self) -> u64 {
+        self.shared.durable.load(Ordering::Acquire)
+    }
+
+    /// Waits until a number above `after` is durable, `stop` is set and [`Watch::wake`] called, or the time is up; what is
+    /// durable then.
+    pub fn wait(&self, after: u64, timeout: Duration, stop: &AtomicBool) -> u64 {
+        let end = Instant::now() + timeout;
+        let mut state = self.state();
+        loop {
+            let (durable, left) = (self.durable(), end.saturating_duration_since(Instant::now()));
+            if durable > after || left.is_zero() || stop.load(Ordering::Acquire) {
+                return durable;
+            }
+            state = self.shared.changed.wait_timeout(state, left).unwrap_or_else(PoisonError::into_inner).0;
+        }
+    }
+
+    /// Makes everybody who waits look at the flag that ends it.
+    pub fn wake(&self) {
+        drop(self.state());
+        self.shared.changed.notify_all();
+    }
+
+    /// Hands the cursor of a sink over: it has everything up to `seq`. On the disk within about a second, without a write of
+    /// its own for each.
+    pub fn moved(&self, sink: &str, seq: u64) {
+        self.state().cursors.insert(sink.to_owned(), seq);
+    }
+
+    /// How often the file was begun anew since it was opened: readers of the one before read what is set aside.
+    pub fn files(&self) -> u64 {
+        self.state().files
+    }
+
+    pub(super) fn committed(&self, seq: u64) {
+        let state = self.state();
+        self.shared.durable.store(seq, Ordering::Release);
+        drop(state);
+        self.shared.changed.notify_all();
+    }
+
+    pub(super) fn begun_anew(&self) {
+        self.state().files += 1;
+        self.shared.changed.notify_all();
+    }
+
+    /// The cursors that have moved since the last call.
+    pub(super) fn take_cursors(&self) -> BTreeMap<String, u64> {
+        std::mem::take(&mut self.state().cursors)
+    }
+
+    fn state(&self) -> MutexGuard<'_, State> {
+        // Nothing is half done in it at any moment.
+        self.shared.state.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
