@@ -18,15 +18,18 @@ pub(crate) struct Bench {
     cpu: Option<usize>,
 }
 
-/// Calls of single blocks, whole scans, then the journal. Guests first: a bench of yesterday's blocks tells nothing.
+/// Calls of single blocks, whole scans, the journal, then reports on it. Guests first: a bench of yesterday's blocks tells nothing.
 pub(crate) fn execute(args: &Bench) -> Result<()> {
     guests::execute(&guests::Guests::default())?;
     if args.filter.as_deref() == Some("latency") {
         return latency(args);
     }
-    for (package, bench) in
-        [("latchwork-block", "call"), ("latchwork-tests-plant", "scan"), ("latchwork-record", "journal")]
-    {
+    for (package, bench) in [
+        ("latchwork-block", "call"),
+        ("latchwork-tests-plant", "scan"),
+        ("latchwork-record", "journal"),
+        ("latchwork-cli", "report"),
+    ] {
         let mut command = cargo();
         command.args(["bench", "--package", package, "--bench", bench, "--"]).args(&args.filter);
         run(&mut command)?;

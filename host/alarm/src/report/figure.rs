@@ -2,7 +2,6 @@
 
 use super::{BUSY_HOUR, DAY, FLOOD_BEGINS, HOUR, Report, SECOND, TEN_MINUTES};
 use crate::State;
-use std::fmt;
 
 /// What a figure is counted in.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -47,17 +46,6 @@ impl Limit {
     }
 }
 
-impl fmt::Display for Limit {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::AtMost(0.0, _) => f.write_str("none"),
-            Self::AtMost(good, most) if good == most => write!(f, "at most {good}"),
-            Self::AtMost(good, most) => write!(f, "at most {good}; up to {most} manageable"),
-            Self::AtLeast(good) => write!(f, "at least {good}"),
-        }
-    }
-}
-
 impl Verdict {
     /// The word in reports.
     pub fn name(self) -> &'static str {
@@ -88,6 +76,17 @@ impl Figure {
     /// How it stands, where there is a value and a limit.
     pub fn verdict(&self) -> Option<Verdict> {
         Some(self.limit?.judge(self.value?))
+    }
+
+    /// What is recommended, for a person.
+    pub fn recommended(&self) -> Option<String> {
+        let unit = if self.unit == Unit::Percent { " %" } else { "" };
+        Some(match self.limit? {
+            Limit::AtMost(0.0, _) => "none".into(),
+            Limit::AtMost(good, most) if good == most => format!("at most {good}{unit}"),
+            Limit::AtMost(good, most) => format!("at most {good}{unit}, manageable up to {most}{unit}"),
+            Limit::AtLeast(good) => format!("at least {good}{unit}"),
+        })
     }
 }
 

@@ -10,11 +10,13 @@
 //! missing. A damaged file is set aside and a new one begun. A number never stands for two records: where numbers cannot be
 //! known any more, the next ones begin beyond all that were ever reserved.
 
+mod glance;
 mod reader;
 mod store;
 mod thread;
 mod verify;
 
+pub use glance::Glance;
 pub use reader::{Filter, Reader};
 pub use verify::{Hole, Verdict, verify};
 
