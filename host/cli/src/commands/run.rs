@@ -57,7 +57,7 @@ pub(super) fn execute(engine: &Engine, args: &Run) -> Result<Exit> {
     let outcome = match time {
         Time::Virtual => run_virtual(plant, &options, &stop, &mut watcher),
         Time::Real => {
-            plant.router.set_epoch(epoch());
+            plant.set_epoch(epoch());
             run_real(plant, &options, Arc::new(MachineClock::start()), &stop, &mut watcher)
         }
     };

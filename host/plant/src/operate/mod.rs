@@ -4,10 +4,19 @@
 //! answers once it is done. Everything that changes something becomes a record with the operator's name, refused or not.
 
 mod answer;
+mod commands;
 mod console;
+mod desk;
+mod forces;
+mod restore;
+mod serve;
+mod settings;
+mod status;
+mod tags;
 
 pub use answer::{AlarmRow, Answer, ForceRow, Refused, TagRow};
 pub use console::{Console, Pending, Wishes, console};
+pub use desk::{Desk, Wish};
 
 /// Who wants something.
 #[derive(Clone, Debug, PartialEq, Eq)]

@@ -2,6 +2,12 @@
 //!
 //! It is made by [`crate::check`] and only from a file without errors; assembly and lanes trust it.
 
+mod alarms;
+mod supervision;
+
+pub use alarms::{AlarmRule, Variable};
+pub use supervision::{Heartbeat, StatusTable};
+
 use latchwork_block::{Class, Component};
 use latchwork_image::Type;
 use latchwork_io::direct::Role;
@@ -23,6 +29,14 @@ pub struct Model {
     pub sim: bool,
     /// Hardware watchdog and its timeout, ns.
     pub watchdog: Option<(PathBuf, u64)>,
+    /// Rules for alarms and commands, in the order of the file.
+    pub alarm_rules: Vec<AlarmRule>,
+    /// Alarm variables, then command variables, by block; then the other tags that rules name.
+    pub variables: Vec<Variable>,
+    /// Status tables, in the order of the file.
+    pub tables: Vec<StatusTable>,
+    /// Signs of life.
+    pub heartbeat: Heartbeat,
 }
 
 /// One lane.
