@@ -12,9 +12,10 @@ type Row<'a> = (&'a str, &'a str, &'a str, u64);
 fn report(history: &[Row<'_>], from: Option<u64>, to: Option<u64>) -> Report {
     let mut collector = Collector::new(from);
     for (alarm, transition, after, time) in history {
-        // The first letter tells the priority: c(ritical) is high, w(arning) medium, anything else low.
+        // The first letter tells the priority: u(rgent), c(ritical) is high, w(arning) medium, anything else low.
         let priority = match alarm.as_bytes()[0] {
-            b'c' => 220,
+            b'u' => 240,
+            b'c' => 192,
             b'w' => 150,
             _ => 40,
         };
@@ -73,6 +74,8 @@ fn the_figures_of_the_standard() {
         ("15 medium", sorted([raises("a", burst(0, 80)), raises("w", burst(0, 15)), raises("c", burst(0, 5))]), DAY, "medium", Some(15.0), Some(Met)),
         ("5 high", sorted([raises("a", burst(0, 80)), raises("w", burst(0, 15)), raises("c", burst(0, 5))]), DAY, "high", Some(5.0), Some(Met)),
         ("6 high are too many", sorted([raises("a", burst(0, 94)), raises("c", burst(0, 6))]), DAY, "high", Some(6.0), Some(Missed)),
+        ("1 urgent", sorted([raises("a", burst(0, 99)), raises("u", burst(0, 1))]), DAY, "urgent", Some(1.0), Some(Met)),
+        ("2 are too many", sorted([raises("a", burst(0, 98)), raises("u", burst(0, 2))]), DAY, "urgent", Some(2.0), Some(Missed)),
         ("one alarm is all of the most frequent", raises("a", burst(0, 3)), DAY, "most-frequent", Some(100.0), Some(Missed)),
         ("three times within a minute is chattering", raises("a", [0, 30 * S, 60 * S]), HOUR, "chattering", Some(1.0), Some(Missed)),
         ("a nanosecond later it is not", raises("a", [0, 30 * S, 60 * S + 1]), HOUR, "chattering", Some(0.0), Some(Met)),

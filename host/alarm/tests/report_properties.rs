@@ -119,7 +119,7 @@ proptest! {
         prop_assert!(report.bins.windows(2).all(|w| w[0].start < w[1].start));
         prop_assert!(report.bins.len() as u64 <= report.periods() || report.raised == 0);
         prop_assert!(report.bins.iter().all(|b| b.total() <= report.peak().map_or(0, |p| p.total())));
-        let shares: f64 = report.figures().iter().filter(|f| ["low", "medium", "high"].contains(&f.id)).filter_map(|f| f.value).sum();
+        let shares: f64 = report.figures().iter().filter(|f| ["low", "medium", "high", "urgent"].contains(&f.id)).filter_map(|f| f.value).sum();
         prop_assert!(report.raised == 0 || (shares - 100.0).abs() < 1e-9);
         let percents = report.figures().into_iter().filter(|f| f.unit == latchwork_alarm::report::Unit::Percent);
         prop_assert!(percents.filter_map(|f| f.value).all(|v| (0.0..=100.0 + 1e-9).contains(&v)));

@@ -48,7 +48,7 @@ fn record(seq: u64, of: u64) -> Record {
         transition: life[step].into(),
         previous: Value::Text(states[step].into()),
         current: Value::Text(states[step + 1].into()),
-        priority: [40, 40, 40, 150, 220][(alarm % 5) as usize],
+        priority: [64, 64, 64, 128, 192][(alarm % 5) as usize],
         user: if step == 1 { "alice".into() } else { String::new() },
         text: String::new(),
     }

@@ -2,7 +2,7 @@
 
 mod alarms;
 
-pub(crate) use alarms::{Alarms, AlarmsCommand, Report, ReportFormat};
+pub(crate) use alarms::{Alarms, AlarmsCommand, Codes, CodesFormat, Report, ReportFormat};
 use clap::{Args as ClapArgs, Parser, Subcommand, ValueEnum};
 use std::path::PathBuf;
 
@@ -64,7 +64,7 @@ pub(crate) enum Command {
     Gpio(Gpio),
     /// Verify or export the journal that `run --data` keeps.
     Journal(Journal),
-    /// Report on the alarms of a journal.
+    /// Report on the alarms of a journal, list the codes of a plant's alarms.
     Alarms(Alarms),
     /// Print the JSON Schema of the plant file, for editors.
     ///

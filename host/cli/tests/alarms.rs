@@ -77,24 +77,24 @@ fn two_days() -> Vec<Record> {
     let mut add = |row: Row<'_>| all.push(record(row));
     for hour in 0..20 {
         let at = hour * HOUR + 7 * M;
-        add((at, "tank.alarms.low", "raised", "normal", "unacknowledged", 40, ""));
-        add((at + (20 + hour) * S, "tank.alarms.low", "acknowledged", "unacknowledged", "active", 40, "alice"));
-        add((at + 2 * M, "tank.alarms.low", "returned", "active", "normal", 40, ""));
+        add((at, "tank.alarms.low", "raised", "normal", "unacknowledged", 64, ""));
+        add((at + (20 + hour) * S, "tank.alarms.low", "acknowledged", "unacknowledged", "active", 64, "alice"));
+        add((at + 2 * M, "tank.alarms.low", "returned", "active", "normal", 64, ""));
     }
-    add((3 * HOUR, "cooling.alarms.hot", "raised", "normal", "unacknowledged", 150, ""));
+    add((3 * HOUR, "cooling.alarms.hot", "raised", "normal", "unacknowledged", 128, ""));
     for n in 0..6 {
         let at = 30 * HOUR + n * 12 * S;
-        add((at, "pump.alarms.<miss>&\"starting\"", "raised", "normal", "active", 40, ""));
-        add((at + S / 2, "pump.alarms.<miss>&\"starting\"", "returned", "active", "normal", 40, ""));
+        add((at, "pump.alarms.<miss>&\"starting\"", "raised", "normal", "active", 64, ""));
+        add((at + S / 2, "pump.alarms.<miss>&\"starting\"", "returned", "active", "normal", 64, ""));
     }
     for n in 0..14 {
         let name = format!("zone-{n}.alarms.pressure");
         let at = 40 * HOUR + n * 10 * S;
-        add((at, &name, "raised", "normal", "active", if n == 0 { 220 } else { 40 }, ""));
-        add((at + 5 * M, &name, "returned", "active", "awaiting-reset", 40, ""));
+        add((at, &name, "raised", "normal", "active", if n == 0 { 240 } else { 64 }, ""));
+        add((at + 5 * M, &name, "returned", "active", "awaiting-reset", 64, ""));
     }
-    add((41 * HOUR, "zone-0.alarms.pressure", "reset", "awaiting-reset", "normal", 220, "bob"));
-    add((42 * HOUR, "zone-1.alarms.pressure", "shelved", "awaiting-reset", "shelved", 40, "bob"));
+    add((41 * HOUR, "zone-0.alarms.pressure", "reset", "awaiting-reset", "normal", 240, "bob"));
+    add((42 * HOUR, "zone-1.alarms.pressure", "shelved", "awaiting-reset", "shelved", 64, "bob"));
     all
 }
 

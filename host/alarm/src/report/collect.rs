@@ -36,8 +36,8 @@ pub struct Collector {
     lives: Vec<Life>,
     floods: Floods,
     /// Ten-minute periods by their number, and the one that is being counted.
-    bins: BTreeMap<u64, [u32; 3]>,
-    current: (u64, [u32; 3]),
+    bins: BTreeMap<u64, [u32; 4]>,
+    current: (u64, [u32; 4]),
     by_priority: Box<[u64; 256]>,
     /// Times to acknowledge, ms, with their sum and the longest, ns.
     waits: Histogram<u64>,
@@ -59,7 +59,7 @@ impl Collector {
             lives: Vec::new(),
             floods: Floods::default(),
             bins: BTreeMap::new(),
-            current: (0, [0; 3]),
+            current: (0, [0; 4]),
             by_priority: Box::new([0; 256]),
             waits,
             waited: (0, 0),
@@ -111,7 +111,7 @@ impl Collector {
     /// The current period joins the others; it may have been counted before, since lanes are a little out of order.
     fn count_bin(&mut self) {
         let (number, raised) = (self.current.0, std::mem::take(&mut self.current.1));
-        if raised != [0; 3] {
+        if raised != [0; 4] {
             let bin = self.bins.entry(number).or_default();
             bin.iter_mut().zip(raised).for_each(|(sum, n)| *sum += n);
         }

@@ -1,6 +1,6 @@
 //! The figures by name, each beside what the standard recommends.
 
-use super::{BUSY_HOUR, DAY, FLOOD_BEGINS, HOUR, Report, SECOND, TEN_MINUTES};
+use super::{BUSY_HOUR, DAY, FLOOD_BEGINS, HOUR, Rank, Report, SECOND, TEN_MINUTES};
 use crate::State;
 
 /// What a figure is counted in.
@@ -94,7 +94,7 @@ impl Report {
     /// All figures, in the order of the standard.
     pub fn figures(&self) -> Vec<Figure> {
         let most = |good, most| Some(Limit::AtMost(good, most));
-        let [low, medium, high] = self.by_rank().map(|n| percent(n as f64, self.raised as f64));
+        let [low, medium, high, urgent] = self.by_rank().map(|n| percent(n as f64, self.raised as f64));
         let peak = self.peak().map_or(0, |b| b.total());
         let (over, busy) = (self.periods_in_flood(), self.busy_hours());
         let flooded: u64 = self.floods.iter().map(|f| f.end - f.start).sum();
@@ -103,6 +103,7 @@ impl Report {
         let count = |id, name, value: usize, limit| figure(id, name, Unit::Count, Some(value as f64), limit);
         let share = |id, name, value, limit| figure(id, name, Unit::Percent, value, limit);
         let state = |id, name, state| count(id, name, self.standing(state), None);
+        let rank = |rank: Rank| most(rank.recommended(), rank.recommended());
         let mut figures = vec![
             figure("raised", "alarms raised", Unit::Count, Some(self.raised as f64), None),
             count("different", "different alarms raised", self.different, None),
@@ -124,9 +125,10 @@ impl Report {
             ),
             count("floods", "floods", self.floods.len(), None),
             share("time-in-flood", "time in flood", percent(flooded as f64, self.length() as f64), most(1.0, 1.0)),
-            share("low", "of low priority (0 to 99)", low, Some(Limit::AtLeast(80.0))),
-            share("medium", "of medium priority (100 to 199)", medium, most(15.0, 15.0)),
-            share("high", "of high priority (200 to 255)", high, most(5.0, 5.0)),
+            share("low", "of low priority (0 to 99)", low, Some(Limit::AtLeast(Rank::Low.recommended()))),
+            share("medium", "of medium priority (100 to 159)", medium, rank(Rank::Medium)),
+            share("high", "of high priority (160 to 223)", high, rank(Rank::High)),
+            share("urgent", "of urgent priority (224 to 255)", urgent, rank(Rank::Urgent)),
             share(
                 "most-frequent",
                 "the 10 most frequent of all",

@@ -44,27 +44,30 @@ pub const STALE: u64 = DAY;
 /// So many of the most frequent alarms are listed.
 pub const FREQUENT: usize = 10;
 
-/// The three ranks of priority that the standard distributes alarms over.
+/// The ranks of priority that the standard distributes alarms over: around the four words of a plant file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Rank {
     /// Priorities 0 to 99.
     Low,
-    /// Priorities 100 to 199.
+    /// Priorities 100 to 159.
     Medium,
-    /// Priorities 200 to 255.
+    /// Priorities 160 to 223.
     High,
+    /// Priorities 224 to 255.
+    Urgent,
 }
 
 impl Rank {
     /// All of them, the lowest first.
-    pub const ALL: [Self; 3] = [Self::Low, Self::Medium, Self::High];
+    pub const ALL: [Self; 4] = [Self::Low, Self::Medium, Self::High, Self::Urgent];
 
     /// The rank of a priority.
     pub fn of(priority: u8) -> Self {
         match priority {
             0..=99 => Self::Low,
-            100..=199 => Self::Medium,
-            200..=255 => Self::High,
+            100..=159 => Self::Medium,
+            160..=223 => Self::High,
+            224..=255 => Self::Urgent,
         }
     }
 
@@ -74,6 +77,17 @@ impl Rank {
             Self::Low => "low",
             Self::Medium => "medium",
             Self::High => "high",
+            Self::Urgent => "urgent",
+        }
+    }
+
+    /// Its recommended share of all alarms, percent: at least for the lowest, at most for the others.
+    pub fn recommended(self) -> f64 {
+        match self {
+            Self::Low => 80.0,
+            Self::Medium => 15.0,
+            Self::High => 5.0,
+            Self::Urgent => 1.0,
         }
     }
 }
@@ -84,7 +98,7 @@ pub struct Bin {
     /// When it begins, ns since 1970; a multiple of ten minutes.
     pub start: u64,
     /// Alarms raised, by rank.
-    pub raised: [u32; 3],
+    pub raised: [u32; 4],
 }
 
 impl Bin {
@@ -227,8 +241,8 @@ impl Report {
     }
 
     /// Alarms raised, by rank.
-    pub fn by_rank(&self) -> [u64; 3] {
-        let mut ranks = [0; 3];
+    pub fn by_rank(&self) -> [u64; 4] {
+        let mut ranks = [0; 4];
         for (priority, count) in (0..=u8::MAX).zip(self.by_priority.iter()) {
             ranks[Rank::of(priority) as usize] += count;
         }

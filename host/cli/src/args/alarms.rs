@@ -21,6 +21,8 @@ pub(crate) enum AlarmsCommand {
     /// Each figure stands beside the limit that ISA-18.2 (IEC 62682) and EEMUA 191 recommend. The journal may be a running
     /// plant's. Without --from and --to the report is about all of it.
     Report(Report),
+    /// Tell which variable of a plant has which 16-bit code by which rule, which has none, which rule matched nothing.
+    Codes(Codes),
 }
 
 /// Form of a report.
@@ -58,4 +60,37 @@ pub(crate) struct Report {
     /// No alarms whose names match; may be repeated.
     #[arg(long, value_name = "GLOB")]
     pub(crate) exclude: Vec<Glob>,
+}
+
+/// Form of the list of codes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum CodesFormat {
+    /// Variables, those without a code, rules that matched nothing; for a terminal.
+    Table,
+    /// A row per variable with a code: id, tag name, code, memory type, data type.
+    Csv,
+    /// The alarms for an HMI.
+    Xml,
+    /// For programs.
+    Json,
+}
+
+/// `latchwork alarms codes`
+#[derive(ClapArgs, Debug)]
+pub(crate) struct Codes {
+    /// The plant file.
+    #[arg(value_name = "PLANT")]
+    pub(crate) plant: PathBuf,
+    /// List them as `run --sim` would have them.
+    #[arg(long)]
+    pub(crate) sim: bool,
+    /// Form of the list.
+    #[arg(long, value_enum, default_value = "table", conflicts_with = "import")]
+    pub(crate) format: CodesFormat,
+    /// Write into this file instead of the output; it is on the disk when the program ends.
+    #[arg(long, short, value_name = "FILE")]
+    pub(crate) output: Option<PathBuf>,
+    /// Print the rules for the plant file that give each variable of this CSV list its code.
+    #[arg(long, value_name = "FILE")]
+    pub(crate) import: Option<PathBuf>,
 }

@@ -1,17 +1,20 @@
 //! `latchwork alarms …`
 
+mod codes;
 mod report;
 
 use crate::Exit;
 use crate::args::{Alarms, AlarmsCommand};
 use anyhow::{Context, Result};
+use latchwork_block::Engine;
 use std::fs::File;
 use std::io::Write;
 use std::path::Path;
 
-pub(super) fn execute(args: &Alarms) -> Result<Exit> {
+pub(super) fn execute(engine: impl FnOnce() -> Result<Engine>, args: &Alarms) -> Result<Exit> {
     match &args.command {
         AlarmsCommand::Report(args) => report::execute(args),
+        AlarmsCommand::Codes(args) => codes::execute(&engine()?, args),
     }
 }
 

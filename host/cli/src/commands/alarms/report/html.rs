@@ -3,6 +3,7 @@
 use super::words::{self, Section};
 use super::{Found, plot};
 use anyhow::Result;
+use latchwork_alarm::report::Rank;
 use quick_xml::escape::escape;
 use std::fmt::Write;
 
@@ -48,10 +49,12 @@ pub(super) fn document(found: &Found) -> Result<String> {
         section(&mut out, figures);
     }
     if report.raised > 0 {
-        let [low, medium, high] = plot::COLOURS.map(|c| format!("#{:02x}{:02x}{:02x}", c.0, c.1, c.2));
+        let ranks = Rank::ALL.into_iter().zip(plot::COLOURS);
+        let ranks =
+            ranks.map(|(rank, c)| format!("<b style=\"color:#{:02x}{:02x}{:02x}\">{}</b>", c.0, c.1, c.2, rank.name()));
         let caption = format!(
-            "Alarms per 10 minutes, the worst of each column; a flood begins above the line. Priority: \
-             <b style=\"color:{low}\">low</b>, <b style=\"color:{medium}\">medium</b>, <b style=\"color:{high}\">high</b>."
+            "Alarms per 10 minutes, the worst of each column; a flood begins above the line. Priority: {}.",
+            ranks.collect::<Vec<_>>().join(", ")
         );
         for (title, svg, caption) in [
             ("Alarms over time", plot::over_time(report)?, caption.as_str()),

@@ -104,6 +104,7 @@ struct Period {
     low: u32,
     medium: u32,
     high: u32,
+    urgent: u32,
 }
 
 fn seconds(ns: u64) -> f64 {
@@ -168,8 +169,8 @@ pub(super) fn document(found: &Found) -> serde_json::Result<String> {
             .bins
             .iter()
             .map(|b| {
-                let [low, medium, high] = b.raised;
-                Period { start: Time(b.start), low, medium, high }
+                let [low, medium, high, urgent] = b.raised;
+                Period { start: Time(b.start), low, medium, high, urgent }
             })
             .collect(),
     };

@@ -10,7 +10,8 @@ use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 
 /// Colours of the ranks, the lowest first.
-pub(super) const COLOURS: [RGBColor; 3] = [RGBColor(70, 130, 190), RGBColor(225, 150, 40), RGBColor(205, 60, 60)];
+pub(super) const COLOURS: [RGBColor; 4] =
+    [RGBColor(70, 130, 190), RGBColor(225, 180, 40), RGBColor(230, 110, 40), RGBColor(190, 40, 90)];
 const LIMIT: RGBColor = RGBColor(205, 60, 60);
 const WIDTH: u32 = 860;
 /// Columns of the plot over time.
@@ -152,9 +153,9 @@ pub(super) fn most_frequent(report: &Report) -> Result<String> {
 pub(super) fn by_rank(report: &Report) -> Result<String> {
     const ROW: i32 = 30;
     let (left, right) = (90, WIDTH as i32 - 200);
-    draw(3 * ROW as u32 + 12, |canvas| {
-        for (row, (rank, recommended)) in (0i32..).zip(Rank::ALL.into_iter().rev().zip([5.0, 15.0, 80.0])) {
-            let raised = report.by_rank()[rank as usize];
+    draw(Rank::ALL.len() as u32 * ROW as u32 + 12, |canvas| {
+        for (row, rank) in (0i32..).zip(Rank::ALL.into_iter().rev()) {
+            let (raised, recommended) = (report.by_rank()[rank as usize], rank.recommended());
             let share = 100.0 * raised as f64 / report.raised.max(1) as f64;
             let x = |percent: f64| left + ((right - left) as f64 * percent / 100.0).round() as i32;
             let y = 6 + row * ROW;
