@@ -18,7 +18,8 @@ pub(crate) struct Bench {
     cpu: Option<usize>,
 }
 
-/// Calls of single blocks, whole scans, then the journal and its sinks. Guests first: a bench of yesterday's blocks tells nothing.
+/// Calls of single blocks, whole scans, the journal, its sinks, reports on it. Guests first: a bench of yesterday's blocks
+/// tells nothing.
 pub(crate) fn execute(args: &Bench) -> Result<()> {
     guests::execute(&guests::Guests::default())?;
     if args.filter.as_deref() == Some("latency") {
@@ -29,6 +30,7 @@ pub(crate) fn execute(args: &Bench) -> Result<()> {
         ("latchwork-tests-plant", "scan"),
         ("latchwork-record", "journal"),
         ("latchwork-sink", "sinks"),
+        ("latchwork-cli", "report"),
     ] {
         let mut command = cargo();
         command.args(["bench", "--package", package, "--bench", bench, "--"]).args(&args.filter);

@@ -14,6 +14,7 @@
 mod code;
 mod list;
 mod machine;
+pub mod report;
 
 pub use code::{Code, CodeError, CodeKind};
 pub use list::{Alarms, AlarmsError, Change};

@@ -55,6 +55,13 @@ impl State {
         }
     }
 
+    /// The state of a word, as records carry it.
+    pub fn from_name(name: &str) -> Option<Self> {
+        use State::*;
+        let all = [Normal, Unacknowledged, Active, Returned, AwaitingReset, Shelved, Suppressed, OutOfService];
+        all.into_iter().find(|state| state.name() == name)
+    }
+
     /// It stands in the list of alarms.
     pub fn is_listed(self) -> bool {
         matches!(self, Self::Unacknowledged | Self::Active | Self::Returned | Self::AwaitingReset)

@@ -1,5 +1,8 @@
 //! Arguments and their help.
 
+mod alarms;
+
+pub(crate) use alarms::{Alarms, AlarmsCommand, Codes, CodesFormat, Report, ReportFormat};
 use clap::{Args as ClapArgs, Parser, Subcommand, ValueEnum};
 use std::path::PathBuf;
 
@@ -61,6 +64,8 @@ pub(crate) enum Command {
     Gpio(Gpio),
     /// Verify or export the journal that `run --data` keeps.
     Journal(Journal),
+    /// Report on the alarms of a journal, list the codes of a plant's alarms.
+    Alarms(Alarms),
     /// Print the JSON Schema of the plant file, for editors.
     ///
     /// In VS Code with the Even Better TOML extension, put `#:schema plant.schema.json` in the first line of the plant

@@ -1,5 +1,6 @@
 //! One module per command.
 
+mod alarms;
 mod check;
 mod doctor;
 mod gpio;
@@ -30,6 +31,7 @@ pub(crate) fn execute(args: Args) -> Result<Exit> {
         Command::Doctor(doctor) => doctor::execute(engine, doctor, folder(args.cache.clone(), args.no_cache)),
         Command::Gpio(gpio) => gpio::execute(gpio),
         Command::Journal(journal) => journal::execute(journal),
+        Command::Alarms(alarms) => alarms::execute(engine, alarms),
         Command::Schema => schema::execute(),
     }
 }

@@ -13,6 +13,7 @@
 //! Besides records the file has state (of alarms, of retained commands) that is written with the record that changed it, and
 //! a cursor per sink. What is too old or too much goes, oldest first, see [`Options::age`].
 
+mod glance;
 mod query;
 mod reader;
 mod retention;
@@ -22,6 +23,7 @@ mod thread;
 mod verify;
 mod watch;
 
+pub use glance::Glance;
 pub use query::{KindSet, Query};
 pub use reader::{Filter, Page, Reader};
 pub use verify::{Hole, Verdict, verify};

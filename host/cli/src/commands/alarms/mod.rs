@@ -1,0 +1,34 @@
+//! `latchwork alarms …`
+
+mod codes;
+mod report;
+
+use crate::Exit;
+use crate::args::{Alarms, AlarmsCommand};
+use anyhow::{Context, Result};
+use latchwork_block::Engine;
+use std::fs::File;
+use std::io::Write;
+use std::path::Path;
+
+pub(super) fn execute(engine: impl FnOnce() -> Result<Engine>, args: &Alarms) -> Result<Exit> {
+    match &args.command {
+        AlarmsCommand::Report(args) => report::execute(args),
+        AlarmsCommand::Codes(args) => codes::execute(&engine()?, args),
+    }
+}
+
+/// Writes a text into a file, or to the output.
+fn deliver(text: &str, output: Option<&Path>) -> Result<()> {
+    let Some(path) = output else {
+        crate::report::say(text);
+        return Ok(());
+    };
+    let write = || {
+        let mut file = File::create(path)?;
+        file.write_all(text.as_bytes())?;
+        // A stick may be drawn as soon as this program has ended.
+        file.sync_all()
+    };
+    write().with_context(|| format!("{} could not be written", path.display()))
+}
