@@ -20,3 +20,4 @@ pub use json_schema::json_schema;
 pub use key::{Key, Kind, Section};
 pub use reference::reference;
 pub use values::{Constant, Span, Value, Values};
+pub use words::format_size;

@@ -8,6 +8,8 @@
 //! ```
 #![forbid(unsafe_code)]
 
+mod component;
 mod sink;
 
+pub use component::COMPONENT;
 pub use sink::{Config, Problem, Sink, SinkKind};

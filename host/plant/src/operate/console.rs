@@ -1,7 +1,7 @@
 //! The way from whoever brings wishes to the plant's own thread.
 
 use super::{Answer, Operation, Operator, Refused};
-use std::sync::mpsc::{Receiver, Sender, SyncSender, channel, sync_channel, TrySendError};
+use std::sync::mpsc::{Receiver, Sender, SyncSender, TrySendError, channel, sync_channel};
 use std::time::Duration;
 
 /// Wishes that may wait at once.
