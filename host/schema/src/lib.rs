@@ -10,6 +10,7 @@ mod finding;
 mod json_schema;
 mod key;
 mod parse;
+mod raw;
 mod reference;
 mod values;
 mod words;

@@ -3,11 +3,12 @@
 use super::bindings::{Entry, Logger, LoggerPre};
 use super::grants::Grants;
 use super::watch::Watch;
-use super::world::{World, linker};
+use super::world::{RESOURCES, World, linker};
 use latchwork_image::format_duration;
 use latchwork_schema::format_size;
 use std::time::Duration;
 use tokio::runtime::{Builder, Runtime};
+use wasmtime::component::ResourceTableError;
 use wasmtime::{Config, Engine, Store, Trap};
 use wasmtime_wasi::I32Exit;
 
@@ -141,8 +142,11 @@ impl Host {
             format!("it wanted more than the {memory} that `memory` grants ({error:#})")
         } else if let Some(I32Exit(status)) = error.downcast_ref::<I32Exit>() {
             format!("it ended itself with status {status}")
+        } else if let Some(ResourceTableError::Full) = error.downcast_ref() {
+            format!("it wanted more than {RESOURCES} files, connections and streams at once")
         } else if let Some(trap) = trap {
-            format!("it trapped: {trap}")
+            let trap = trap.to_string();
+            format!("it trapped: {}", trap.strip_prefix("wasm trap: ").unwrap_or(&trap))
         } else {
             format!("{error:#}")
         };

@@ -14,7 +14,7 @@ use wasmtime_wasi::{FsPerms, WasiCtx, WasiCtxView, WasiView};
 pub(super) const DIRECTORY: &str = "/data";
 
 /// Files, sockets and streams that a logger may have open at once: the process has to share its own with the drivers.
-const RESOURCES: usize = 256;
+pub(super) const RESOURCES: usize = 256;
 /// Most random bytes at once.
 const RANDOM: u64 = 64 << 10;
 
