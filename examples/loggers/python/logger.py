@@ -15,42 +15,48 @@ from wit_world.imports.types import Entry, Value
 FOLDER = "/data"
 
 
-class Sink(exports.Sink):
-    def __init__(self) -> None:
-        self.file = None
-        self.last = 0
+# Every call gets a new `Sink`: what stays from call to call stands here.
+file = None
+last = 0
 
+
+class Sink(exports.Sink):
     def open(self, config: str) -> None:
+        global file, last
         own = json.loads(config).get("config", {})
         path = os.path.join(FOLDER, own.get("file", "records.txt"))
         try:
-            self.file = open(path, "a+b")
-            self.last = last_number(self.file)
+            last = last_number(path) if os.path.exists(path) else 0
+            file = open(path, "ab")
         except OSError as error:
             # What is raised as Err is the sentence that the plant's operator gets to read.
             raise Err(f"{path} cannot be opened: {error.strerror}; does the plant file grant a `directory`?")
 
     def write(self, batch: list[Entry]) -> int:
+        global last
         # After a kill the plant offers again what it does not know to be kept.
-        new = [entry for entry in batch if entry.seq > self.last]
+        new = [entry for entry in batch if entry.seq > last]
         try:
-            self.file.write("".join(map(line, new)).encode())
-            self.file.flush()
-            os.fsync(self.file.fileno())
+            file.write("".join(map(line, new)).encode())
+            file.flush()
+            os.fsync(file.fileno())
         except OSError as error:
             raise Err(f"the disk refused {len(new)} records: {error.strerror}")
-        self.last = max(self.last, batch[-1].seq)
-        return self.last
+        last = max(last, batch[-1].seq)
+        return batch[-1].seq
 
 
-def last_number(file) -> int:
+def last_number(path: str) -> int:
     """The number in the last whole line; a line that was cut off by a kill is removed."""
-    size = file.seek(0, os.SEEK_END)
-    tail_from = max(0, size - 65536)
-    file.seek(tail_from)
-    tail = file.read()
-    whole = tail.rfind(b"\n") + 1
-    file.truncate(tail_from + whole)
+    with open(path, "r+b") as old:
+        size = old.seek(0, os.SEEK_END)
+        tail_from = max(0, size - 65536)
+        old.seek(tail_from)
+        tail = old.read()
+        whole = tail.rfind(b"\n") + 1
+        if whole == 0 and tail_from > 0:
+            raise Err(f"{path} does not end with lines; it is left alone")
+        old.truncate(tail_from + whole)
     lines = tail[:whole].splitlines()
     return int(lines[-1].split(None, 1)[0]) if lines else 0
 
