@@ -24,9 +24,12 @@ pub(crate) fn execute(args: &Bench) -> Result<()> {
     if args.filter.as_deref() == Some("latency") {
         return latency(args);
     }
-    for (package, bench) in
-        [("latchwork-block", "call"), ("latchwork-tests-plant", "scan"), ("latchwork-record", "journal")]
-    {
+    for (package, bench) in [
+        ("latchwork-block", "call"),
+        ("latchwork-tests-plant", "scan"),
+        ("latchwork-record", "journal"),
+        ("latchwork-sink", "component"),
+    ] {
         let mut command = cargo();
         command.args(["bench", "--package", package, "--bench", bench, "--"]).args(&args.filter);
         run(&mut command)?;

@@ -1,4 +1,4 @@
-//! The loggers that come with Latchwork: what they keep, exactly once, whatever is thrown away when.
+//! The loggers that come with Latchwork, and the one of the documentation: what they keep, exactly once, whatever is thrown away when.
 #![allow(clippy::unwrap_used, reason = "a test")]
 
 mod support;
@@ -228,4 +228,23 @@ fn alarm_counter_counts_nothing_that_its_peer_did_not_take() {
     let seqs: Vec<_> = peer.join().unwrap().iter().map(|l| l["seq"].as_u64().unwrap()).collect();
     assert_eq!(seqs, [64, 128, 192]);
     assert_eq!(counts(folder.path()), expected_counts(200));
+}
+
+#[test]
+fn the_logger_of_the_documentation_is_what_is_built_and_keeps_every_record_once() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
+    let source = std::fs::read_to_string(root.join("tests/guests/first-logger/src/lib.rs")).unwrap();
+    let page = std::fs::read_to_string(root.join("docs/write-your-own-logger.md")).unwrap();
+    assert!(page.contains(&format!("```rust\n{source}```")), "docs/write-your-own-logger.md differs from first-logger");
+
+    let folder = TempDir::new().unwrap();
+    let table = "kind = 'component'\ncomponent = 'first-logger'\ndirectory = 'logs'";
+    let file = folder.path().join("logs/records.txt");
+    hand_over(folder.path(), table, 9000, &mut Dice(11), |dice| {
+        let size = std::fs::metadata(&file).unwrap().len();
+        std::fs::OpenOptions::new().write(true).open(&file).unwrap().set_len(size - dice.below(60)).unwrap();
+    });
+    let expected: String =
+        records(1..=9000).iter().map(|r| format!("{} {} {}\n", r.seq, r.source, r.transition)).collect();
+    assert!(std::fs::read_to_string(&file).unwrap() == expected);
 }
