@@ -14,6 +14,7 @@ struct State {
 static STATE: Mutex<Option<State>> = Mutex::new(None);
 
 struct MyLogger;
+#[cfg(target_arch = "wasm32")] // so that `cargo test` can build it natively, too
 export!(MyLogger);
 
 impl Guest for MyLogger {

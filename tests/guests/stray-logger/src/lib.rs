@@ -38,6 +38,8 @@ impl Guest for Stray {
     }
 }
 
+// The names of the exports are none that a native linker takes.
+#[cfg(target_arch = "wasm32")]
 generated::export!(Stray with_types_in generated);
 
 /// Does it; a number to claim, if it lies.
