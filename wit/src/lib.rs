@@ -59,5 +59,15 @@ pub const DEVICE: Package = Package {
     ],
 };
 
+/// Records, and what a logger of them exports.
+pub const JOURNAL: Package = Package {
+    name: "latchwork:journal@0.1.0",
+    files: &[
+        ("journal/logger.wit", include_str!("../journal/logger.wit")),
+        ("journal/sink.wit", include_str!("../journal/sink.wit")),
+        ("journal/types.wit", include_str!("../journal/types.wit")),
+    ],
+};
+
 /// All packages, each after those it uses.
-pub const PACKAGES: &[Package] = &[BLOCK, DEVICE];
+pub const PACKAGES: &[Package] = &[BLOCK, DEVICE, JOURNAL];

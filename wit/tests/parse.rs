@@ -25,7 +25,8 @@ fn classes(resolve: &Resolve) -> impl Iterator<Item = (&str, &Interface)> {
 #[test]
 fn the_embedded_texts_are_all_files_of_the_folders() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
-    for (folder, package) in [("block", latchwork_wit::BLOCK), ("device", latchwork_wit::DEVICE)] {
+    for package in latchwork_wit::PACKAGES {
+        let (folder, _) = package.files[0].0.split_once('/').expect("a folder");
         let on_disk: BTreeSet<String> = std::fs::read_dir(root.join(folder))
             .unwrap()
             .map(|e| e.unwrap().file_name().into_string().unwrap())
@@ -40,7 +41,7 @@ fn the_embedded_texts_are_all_files_of_the_folders() {
 #[test]
 fn the_folders_parse_as_other_languages_tools_read_them() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
-    for folder in ["block", "device"] {
+    for folder in ["block", "device", "journal"] {
         let mut resolve = Resolve::default();
         resolve.push_dir(root.join(folder)).unwrap_or_else(|e| panic!("wit/{folder}: {e:#}"));
     }
@@ -78,6 +79,11 @@ fn every_item_is_documented() {
                 }
                 TypeDefKind::Enum(e) => {
                     for c in &e.cases {
+                        need(&c.docs, format!("{name}.{ty_name}.{}", c.name));
+                    }
+                }
+                TypeDefKind::Variant(v) => {
+                    for c in &v.cases {
                         need(&c.docs, format!("{name}.{ty_name}.{}", c.name));
                     }
                 }

@@ -31,6 +31,7 @@ pub(crate) fn execute(args: &Bench) -> Result<()> {
         ("latchwork-record", "journal"),
         ("latchwork-sink", "sinks"),
         ("latchwork-cli", "report"),
+        ("latchwork-sink", "component"),
     ] {
         let mut command = cargo();
         command.args(["bench", "--package", package, "--bench", bench, "--"]).args(&args.filter);

@@ -1,8 +1,19 @@
 //! From bytes to compiled code: by the cache if there is one, or by the compiler.
 
 use crate::cache::{Cache, Kind};
+use std::path::Path;
 use wasmtime::component::Component;
 use wasmtime::{Engine, Module, Result};
+
+/// Compiles a component for an engine of somebody else's, such as the one of loggers. `folder` is that of the cache of compiled
+/// code, shared with all other engines; `None` compiles anew.
+///
+/// # Errors
+/// What the engine cannot compile.
+pub fn compile(engine: &Engine, folder: Option<&Path>, bytes: &[u8]) -> Result<Component> {
+    let cache = folder.map(|f| Cache::new(f.to_owned(), engine));
+    component(engine, cache.as_ref(), bytes)
+}
 
 /// Compiles a core module.
 pub(crate) fn module(engine: &Engine, cache: Option<&Cache>, bytes: &[u8]) -> Result<Module> {

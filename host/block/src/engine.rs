@@ -107,6 +107,11 @@ impl Engine {
         &self.shared.options
     }
 
+    /// Folder of compiled components, if they are kept.
+    pub fn cache_folder(&self) -> Option<&Path> {
+        self.shared.options.cache.as_deref()
+    }
+
     pub(crate) fn cache(&self) -> Option<&Cache> {
         self.shared.cache.as_ref()
     }

@@ -26,6 +26,7 @@ mod plain;
 mod state;
 
 pub use class::{Class, Port};
+pub use compile::compile;
 pub use component::{CallPath, Component, Template};
 pub use engine::{Engine, EngineError, EngineOptions, Ticker};
 pub use error::LoadError;

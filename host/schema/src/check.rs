@@ -1,6 +1,7 @@
 //! Checks TOML tables against sections and gathers every finding.
 
 pub use crate::parse::parse;
+use crate::raw::raw;
 pub use crate::words::{constant, found};
 use crate::words::{example, expected, format_size, integer, number, parse_size};
 use crate::{Finding, Key, Kind, Section, Span, Value, Values};
@@ -201,7 +202,10 @@ impl Checker {
                 }
                 self.wrong(kind, name, value, span)
             }
-            (Kind::Any, _) => None,
+            (Kind::Any, _) => match raw(value) {
+                Some(raw) => Some(Value::Raw(raw)),
+                None => self.wrong(kind, name, value, span),
+            },
             _ => self.wrong(kind, name, value, span),
         }
     }

@@ -40,7 +40,7 @@ pub enum Value {
     Table(Values),
     /// Of `Map`, in the order of the file.
     Map(Vec<(String, Span, Value, Span)>),
-    /// Of `Any`: the raw TOML table is checked later by whoever owns the section.
+    /// Of `Any`: as it stands, to be checked by whoever owns the section.
     Raw(toml::Value),
 }
 

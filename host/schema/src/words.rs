@@ -108,7 +108,7 @@ pub(crate) fn parse_size(text: &str) -> Option<u64> {
 }
 
 /// Bytes with the largest unit that leaves a whole number.
-pub(crate) fn format_size(bytes: u64) -> String {
+pub fn format_size(bytes: u64) -> String {
     for (shift, unit) in [(30, "GiB"), (20, "MiB"), (10, "KiB")] {
         if bytes >= 1 << shift && bytes.is_multiple_of(1 << shift) {
             return format!("{}{unit}", bytes >> shift);

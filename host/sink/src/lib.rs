@@ -8,6 +8,7 @@
 //! ```
 #![forbid(unsafe_code)]
 
+mod component;
 mod feed;
 mod keys;
 pub mod kinds;
@@ -16,6 +17,7 @@ mod sink;
 mod status;
 mod worker;
 
+pub use component::COMPONENT;
 pub use keys::{KEYS, check};
 pub use runner::{Report, Runner, What};
 pub use sink::{Config, Problem, Sink, SinkKind};

@@ -36,6 +36,10 @@ pub struct Config {
     pub plant: String,
     /// Folder of the plant file, which relative paths begin at.
     pub folder: PathBuf,
+    /// The plant's folders of components, in the order they are searched.
+    pub components: Vec<PathBuf>,
+    /// Folder for compiled components; `None` compiles them anew at every start.
+    pub cache: Option<PathBuf>,
     /// Its keys.
     pub values: Values,
 }

@@ -20,6 +20,11 @@ pub(super) fn from_module(module: &[u8]) -> Result<Vec<u8>> {
     Ok(component)
 }
 
+/// A logger, which the linker made a component already.
+pub(super) fn from_component(component: &[u8]) -> Result<Vec<u8>> {
+    without(component, &["name", "component-name", "producers", "target_features"])
+}
+
 /// The documentation of all classes of a module: the linker puts the objects of several blocks one after the other.
 fn docs(module: &[u8]) -> Result<Map<String, Value>> {
     let mut all = Map::new();

@@ -1,4 +1,4 @@
-//! Which crates are function blocks, from cargo's own description of a workspace.
+//! Which crates are function blocks and loggers, from cargo's own description of a workspace.
 
 use crate::cargo::{cargo, root, shown};
 use anyhow::{Context, Result, bail};
@@ -16,6 +16,8 @@ pub(super) struct Crate {
     pub(super) module: String,
     /// One of the project's own components, with limits to keep; otherwise a test's or an author's.
     pub(super) shipped: bool,
+    /// A logger, built for WASI 0.2: its Cargo.toml says `[package.metadata.latchwork] logger = true`.
+    pub(super) logger: bool,
 }
 
 /// The project's blocks, by name, and the target folder.
@@ -94,11 +96,13 @@ fn text<'a>(value: &'a Value, key: &str) -> Result<&'a str> {
 fn read(package: &Value, shipped: bool) -> Result<Option<Crate>> {
     let is_cdylib = |t: &&Value| t["crate_types"].as_array().is_some_and(|k| k.iter().any(|k| k == "cdylib"));
     let Some(library) = package["targets"].as_array().into_iter().flatten().find(is_cdylib) else { return Ok(None) };
+    let logger = package["metadata"]["latchwork"]["logger"].as_bool().unwrap_or(false);
     let package = text(package, "name")?;
     Ok(Some(Crate {
         name: package.strip_prefix("latchwork-").unwrap_or(package).to_owned(),
         package: package.to_owned(),
         module: format!("{}.wasm", text(library, "name")?.replace('-', "_")),
         shipped,
+        logger,
     }))
 }

@@ -1,4 +1,4 @@
-//! Function blocks to components: `cargo xtask guests` for the project's own, `cargo xtask component` for any crate.
+//! Function blocks and loggers to components: `cargo xtask guests` for the project's own, `cargo xtask component` for any crate.
 //!
 //! ```text
 //! find ──crates──► build ──core modules──► component ──bytes──► report (table, limits) and NAME.wasm
@@ -35,12 +35,12 @@ pub(crate) struct Component {
 
 /// Builds the project's function blocks that `args` name, all of them if none is named.
 pub(crate) fn execute(args: &Guests) -> Result<()> {
-    build::need_target()?;
     let (all, target) = find::of_workspace()?;
     let chosen = find::choose(all, &args.names)?;
     if chosen.is_empty() {
         bail!("no function blocks found: a block is a crate of components/ or tests/guests/ with crate-type cdylib");
     }
+    build::need_targets(&chosen)?;
     let modules = build::workspace(&chosen, &target)?;
     write_all(&chosen, &modules, |krate| match &args.out {
         Some(out) => out.clone(),
@@ -50,8 +50,8 @@ pub(crate) fn execute(args: &Guests) -> Result<()> {
 
 /// Builds one crate from anywhere.
 pub(crate) fn execute_component(args: &Component) -> Result<()> {
-    build::need_target()?;
     let (krate, target) = find::in_folder(&args.crate_folder)?;
+    build::need_targets(std::slice::from_ref(&krate))?;
     let module = build::folder(&krate, &args.crate_folder, &target)?;
     let out = args.out.clone().unwrap_or_else(|| target.join("components"));
     write_all(&[krate], &[module], |_| out.clone())
@@ -62,8 +62,8 @@ fn write_all(crates: &[find::Crate], modules: &[PathBuf], out: impl Fn(&find::Cr
     let mut faults = Vec::new();
     for (krate, module) in crates.iter().zip(modules) {
         let bytes = std::fs::read(module).with_context(|| format!("cargo wrote no {}", module.display()))?;
-        let bytes =
-            component::from_module(&bytes).with_context(|| format!("{}: no component can be made", krate.name))?;
+        let make = if krate.logger { component::from_component } else { component::from_module };
+        let bytes = make(&bytes).with_context(|| format!("{}: no component can be made", krate.name))?;
         let fact = report::facts(krate, &bytes).with_context(|| format!("{}: the component is odd", krate.name))?;
         faults.extend(report::faults(krate, &fact));
         let folder = out(krate);

@@ -9,15 +9,19 @@ use wit_parser::{Resolve, WorldItem, WorldKey};
 
 /// Largest component that is shipped, bytes.
 const MAX_SIZE: usize = 32 * 1024;
+/// Largest logger that is shipped, bytes: it brings files, JSON and dates along.
+const MAX_LOGGER: usize = 512 * 1024;
 /// Largest memory a shipped component starts with, pages of 64 KiB.
 const MAX_PAGES: u64 = 2;
 /// The only interface a block may call.
 const LOG: &str = "latchwork:block/log@";
+/// The only interface of a logger.
+const SINK: &str = "latchwork:journal/sink@";
 
 /// What is known of one component.
 pub(super) struct Facts {
     name: String,
-    /// Interfaces with an `execute`.
+    /// Interfaces with an `execute`; a logger's `sink`.
     classes: Vec<String>,
     size: usize,
     pages: u64,
@@ -49,6 +53,15 @@ pub(super) fn facts(krate: &Crate, bytes: &[u8]) -> Result<Facts> {
     })
 }
 
+/// All of WASI in a word.
+fn short(imports: &[String]) -> Vec<String> {
+    let mut short: Vec<String> = imports.iter().filter(|i| !i.starts_with("wasi:")).cloned().collect();
+    if short.len() < imports.len() {
+        short.push("WASI".into());
+    }
+    short
+}
+
 fn only_types(resolve: &Resolve, item: &WorldItem) -> bool {
     match item {
         WorldItem::Interface { id, .. } => resolve.interfaces[*id].functions.is_empty(),
@@ -58,13 +71,18 @@ fn only_types(resolve: &Resolve, item: &WorldItem) -> bool {
 }
 
 fn is_class(resolve: &Resolve, item: &WorldItem) -> bool {
-    matches!(item, WorldItem::Interface { id, .. } if resolve.interfaces[*id].functions.contains_key("execute"))
+    let WorldItem::Interface { id, .. } = item else { return false };
+    let has = |function| resolve.interfaces[*id].functions.contains_key(function);
+    has("execute") || resolve.id_of(*id).is_some_and(|name| name.starts_with(SINK))
 }
 
 /// What is wrong with a component, each with the way out.
 pub(super) fn faults(krate: &Crate, facts: &Facts) -> Vec<String> {
     let mut faults = Vec::new();
     let name = &facts.name;
+    if krate.logger {
+        return logger_faults(krate, facts);
+    }
     for import in facts.imports.iter().filter(|i| !i.starts_with(LOG)) {
         faults.push(format!(
             "{name} imports `{import}`; a block may import nothing but latchwork:block/log: \
@@ -86,6 +104,20 @@ pub(super) fn faults(krate: &Crate, facts: &Facts) -> Vec<String> {
     faults
 }
 
+/// Which of WASI a logger uses is told when a plant loads it.
+fn logger_faults(krate: &Crate, facts: &Facts) -> Vec<String> {
+    let mut faults = Vec::new();
+    let name = &facts.name;
+    if !facts.classes.iter().any(|class| class.starts_with(SINK)) {
+        faults
+            .push(format!("{name} exports no latchwork:journal/sink; build it for the world latchwork:journal/logger"));
+    }
+    if krate.shipped && facts.size > MAX_LOGGER {
+        faults.push(format!("{name} has {} bytes; a shipped logger keeps below {MAX_LOGGER}", facts.size));
+    }
+    faults
+}
+
 /// One line for each component.
 pub(super) fn table(facts: &[Facts]) -> String {
     let none = |list: &[String]| if list.is_empty() { "–".to_owned() } else { list.join(", ") };
@@ -102,7 +134,7 @@ pub(super) fn table(facts: &[Facts]) -> String {
             f.name,
             none(&f.classes),
             f.size,
-            none(&f.imports)
+            none(&short(&f.imports))
         );
     }
     out

@@ -19,18 +19,17 @@ pub(super) struct Loader<'a> {
     known: HashMap<String, Option<Component>>,
 }
 
+/// The folders of components that a plant file in `folder` names.
+pub(super) fn folders(file: &PlantFile, folder: &Path) -> Vec<(PathBuf, Span)> {
+    let Some(Value::List(list)) = file.plant.get("components") else { return Vec::new() };
+    let text =
+        |(v, span): &(Value, Span)| if let Value::Text(t) = v { Some((folder.join(t), span.clone())) } else { None };
+    list.iter().filter_map(text).collect()
+}
+
 impl<'a> Loader<'a> {
     pub(super) fn new(engine: &'a Engine, folder: &'a Path, file: &PlantFile) -> Self {
-        let folders = match file.plant.get("components") {
-            Some(Value::List(list)) => list
-                .iter()
-                .filter_map(|(v, span)| match v {
-                    Value::Text(t) => Some((folder.join(t), span.clone())),
-                    _ => None,
-                })
-                .collect(),
-            _ => Vec::new(),
-        };
+        let folders = folders(file, folder);
         let given =
             file.plant.get("components").is_some_and(|v| matches!(v, Value::List(l) if l.len() == folders.len()));
         let unread = file.unread.contains(&"plant") || (file.components_given && !given);

@@ -143,7 +143,7 @@ fn build(
     interrupts::notes(checker, file, &lanes, &drafts);
     notes::circles(checker, &blocks, &drafts, &drivers);
     notes::limits(checker, &drafts);
-    let sinks = sinks::sinks(checker, file, folder);
+    let sinks = sinks::sinks(checker, file, engine, folder);
     let watchdog = lanes::watchdog(checker, file, &lanes);
     let (alarm_rules, variables) = alarms::rules(checker, file, &tags);
     let mut model = Model {

@@ -2,6 +2,7 @@
 
 use crate::file::PlantFile;
 use crate::model::SinkSpec;
+use latchwork_block::Engine;
 use latchwork_record::journal::Options;
 use latchwork_schema::{Checker, Finding};
 use latchwork_sink::Config;
@@ -12,7 +13,7 @@ use std::time::Duration;
 const SIZE: u64 = 4 << 30;
 
 /// The sinks that are sound.
-pub(super) fn sinks(checker: &mut Checker, file: &PlantFile, folder: &Path) -> Vec<SinkSpec> {
+pub(super) fn sinks(checker: &mut Checker, file: &PlantFile, engine: &Engine, folder: &Path) -> Vec<SinkSpec> {
     if let Some(first) = file.sinks.first() {
         let count = file.sinks.len();
         let what = if count == 1 { "the sink works".to_owned() } else { format!("the {count} sinks work") };
@@ -26,6 +27,8 @@ pub(super) fn sinks(checker: &mut Checker, file: &PlantFile, folder: &Path) -> V
             name: entry.name.clone(),
             plant: file.plant.text("name").unwrap_or_default().to_owned(),
             folder: folder.to_owned(),
+            components: super::components::folders(file, folder).into_iter().map(|(folder, _)| folder).collect(),
+            cache: engine.cache_folder().map(Path::to_owned),
             values: entry.values.clone(),
         };
         for problem in latchwork_sink::check(&config).into_iter().chain((kind.check)(&config)) {

@@ -8,7 +8,7 @@ pub mod syslog;
 use crate::SinkKind;
 
 /// The kinds a plant file may name.
-pub static KINDS: &[&SinkKind] = &[&jsonl::JSONL, &mqtt::MQTT, &syslog::SYSLOG];
+pub static KINDS: &[&SinkKind] = &[&jsonl::JSONL, &mqtt::MQTT, &syslog::SYSLOG, &crate::COMPONENT];
 
 /// The kind of a name.
 pub fn find(name: &str) -> Option<&'static SinkKind> {

@@ -33,7 +33,14 @@ pub(crate) fn config(kind: &SinkKind, folder: &Path, keys: &str) -> Config {
     let mut checker = Checker { findings: syntax, ..Checker::default() };
     let values = checker.table(&[&KEYS, kind.keys], root.get_ref(), 0..text.len());
     assert_eq!(checker.findings, [], "{text}");
-    let config = Config { name: "s".into(), plant: "pumps".into(), folder: folder.into(), values };
+    let config = Config {
+        name: "s".into(),
+        plant: "pumps".into(),
+        folder: folder.into(),
+        components: Vec::new(),
+        cache: None,
+        values,
+    };
     let problems: Vec<_> = latchwork_sink::check(&config).into_iter().chain((kind.check)(&config)).collect();
     assert_eq!(problems, [], "{text}");
     config

@@ -1,0 +1,114 @@
+//! A logger that keeps one CSV file per day (UTC) in the directory that the plant file grants:
+//!
+//! ```toml
+//! [sink.office]
+//! kind = "component"
+//! component = "csv-days"
+//! directory = "logs"
+//! ```
+//!
+//! `2026-11-27.csv` begins with a header; each record is in the file of its own day, quoted as RFC 4180 has it. Whatever is killed
+//! when, each record is there exactly once: a new instance finds its place again in its own files.
+
+mod days;
+mod table;
+
+use days::Days;
+use exports::latchwork::journal::sink::Guest;
+use latchwork::journal::types::{Entry, Kind, Value};
+use std::path::PathBuf;
+use std::sync::{Mutex, PoisonError};
+use table::Row;
+
+// What the macro writes has no comments; the WIT has them.
+#[allow(
+    missing_docs,
+    unreachable_pub,
+    clippy::all,
+    clippy::undocumented_unsafe_blocks,
+    reason = "generated from wit/journal"
+)]
+mod generated {
+    wit_bindgen::generate!({ path: "../../../wit/journal", world: "logger" });
+}
+use generated::{exports, latchwork};
+
+/// Where the directory is that the plant file grants.
+const DIRECTORY: &str = "/data";
+
+/// The instance has one thread; the lock never waits.
+static DAYS: Mutex<Option<Days>> = Mutex::new(None);
+
+struct CsvDays;
+
+impl Guest for CsvDays {
+    fn open(config: String) -> Result<(), String> {
+        nothing_asked(&config)?;
+        let days = Days::open(PathBuf::from(DIRECTORY))?;
+        *DAYS.lock().unwrap_or_else(PoisonError::into_inner) = Some(days);
+        Ok(())
+    }
+
+    fn write(batch: Vec<Entry>) -> Result<u64, String> {
+        let rows: Vec<Row> = batch.into_iter().map(row).collect();
+        let mut days = DAYS.lock().unwrap_or_else(PoisonError::into_inner);
+        let days = days.as_mut().ok_or("`write` came before `open`")?;
+        days.write(&rows)
+    }
+}
+
+// The names of the exports are none that a native linker takes.
+#[cfg(target_arch = "wasm32")]
+generated::export!(CsvDays with_types_in generated);
+
+/// A slip in `config` is told rather than passed over: this logger asks for nothing.
+fn nothing_asked(config: &str) -> Result<(), String> {
+    let config: serde_json::Value =
+        serde_json::from_str(config).map_err(|e| format!("the configuration is no JSON: {e}"))?;
+    match config["config"].as_object().and_then(|c| c.keys().next()) {
+        Some(key) => Err(format!("`config` has a key `{key}`; csv-days takes none: remove it")),
+        None => Ok(()),
+    }
+}
+
+fn row(entry: Entry) -> Row {
+    Row {
+        seq: entry.seq,
+        time: entry.time,
+        kind: kind(entry.kind),
+        source: entry.source,
+        transition: entry.transition,
+        previous: value(entry.previous),
+        current: value(entry.current),
+        priority: entry.priority,
+        user: entry.user,
+        text: entry.text,
+    }
+}
+
+fn value(value: Value) -> String {
+    match value {
+        Value::None => String::new(),
+        Value::Boolean(b) => b.to_string(),
+        Value::Integer(i) => i.to_string(),
+        Value::Real(r) => format!("{r:?}"),
+        Value::Text(text) => text,
+    }
+}
+
+fn kind(kind: Kind) -> &'static str {
+    match kind {
+        Kind::Alarm => "alarm",
+        Kind::Command => "command",
+        Kind::Setting => "setting",
+        Kind::Event => "event",
+        Kind::Message => "message",
+        Kind::Io => "io",
+        Kind::Lane => "lane",
+        Kind::Fault => "fault",
+        Kind::Swap => "swap",
+        Kind::Audit => "audit",
+        Kind::Heartbeat => "heartbeat",
+        Kind::Lost => "lost",
+    }
+}
