@@ -2,6 +2,7 @@
 //!
 //! It is made by [`crate::check`] and only from a file without errors; assembly and lanes trust it.
 
+use crate::operate::Policy;
 use latchwork_block::{Class, Component};
 use latchwork_image::Type;
 use latchwork_io::direct::Role;
@@ -23,6 +24,8 @@ pub struct Model {
     pub sim: bool,
     /// Hardware watchdog and its timeout, ns.
     pub watchdog: Option<(PathBuf, u64)>,
+    /// Who may do what with it while it runs.
+    pub policy: Policy,
 }
 
 /// One lane.

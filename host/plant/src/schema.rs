@@ -50,6 +50,7 @@ pub fn json_schema() -> Value {
             "lane": { "type": "object", "additionalProperties": { "anyOf": lanes } },
             "driver": { "type": "object", "additionalProperties": { "oneOf": kinds } },
             "block": blocks,
+            "policy": of(&[&sections::POLICY]),
             "sim": {
                 "type": "object",
                 "additionalProperties": false,
@@ -77,6 +78,7 @@ pub fn reference_page() -> String {
     add("`{ tag = … }`, the source of an input", &sections::WIRE);
     add("`[driver.NAME]`", &sections::DRIVER);
     add("Every point", &sections::POINT);
+    add("`[policy]`", &sections::POLICY);
     for kind in KINDS {
         add(&format!("Driver `{}`", kind.name), kind.keys);
         add(&format!("Points of `{}`", kind.name), kind.point_keys);

@@ -148,6 +148,7 @@ fn build(
         blocks: blocks.into_iter().flatten().collect(),
         sim: options.sim,
         watchdog,
+        policy: file.policy.clone(),
     };
     // Only in a model whose indices are all right is the order of blocks that of the file.
     if !checker.findings.iter().any(|f| f.severity == Severity::Error) {

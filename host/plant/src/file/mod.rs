@@ -3,8 +3,10 @@
 mod assignments;
 mod blocks;
 mod drivers;
+mod policy;
 pub(crate) mod sections;
 
+use crate::operate::Policy;
 use assignments::feeds;
 use blocks::blocks;
 use drivers::drivers;
@@ -101,6 +103,7 @@ pub(crate) struct PlantFile {
     pub(crate) blocks: Vec<BlockEntry>,
     pub(crate) feeds: Vec<Assignment>,
     pub(crate) scan_times: Vec<ScanTimeEntry>,
+    pub(crate) policy: Policy,
     /// Lanes that are there but were refused: a block that names one is no further error.
     pub(crate) refused_lanes: Vec<String>,
     /// Tables of the file that could not be read, by the name they were meant to have: what would stand in them is
@@ -128,6 +131,7 @@ pub(crate) fn read(checker: &mut Checker, root: &DeTable<'_>, text: &str) -> Pla
             ("driver", DeValue::Table(t)) => drivers(checker, t, &mut file),
             ("block", DeValue::Table(t)) => blocks(checker, t, "", false, &mut file),
             ("sim", DeValue::Table(t)) => sim(checker, t, &mut file),
+            ("policy", DeValue::Table(t)) => file.policy = policy::policy(checker, t, entry.key_span),
             (name, value) if sections::TABLES.contains(&name) => {
                 file.unread.extend(sections::TABLES.iter().find(|t| **t == name));
                 let message = format!("`{name}` is {}; expected tables such as [{name}.NAME]", found(value));

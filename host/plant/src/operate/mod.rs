@@ -5,9 +5,11 @@
 
 mod answer;
 mod console;
+mod policy;
 
 pub use answer::{AlarmRow, Answer, ForceRow, Refused, TagRow};
 pub use console::{Console, Pending, Wishes, console};
+pub use policy::{Policy, Whom, WhomError};
 
 /// Who wants something.
 #[derive(Clone, Debug, PartialEq, Eq)]
