@@ -1,5 +1,7 @@
 //! Arguments and their help.
 
+pub(crate) mod operate;
+
 use clap::{Args as ClapArgs, Parser, Subcommand, ValueEnum};
 use std::path::PathBuf;
 
@@ -61,6 +63,34 @@ pub(crate) enum Command {
     Gpio(Gpio),
     /// Verify or export the journal that `run --data` keeps.
     Journal(Journal),
+    /// Tell how a running plant is: lanes, blocks, alarms, forces.
+    Status(operate::Status),
+    /// Show values of a running plant as they change.
+    Watch(operate::Watch),
+    /// Change settings of blocks; the block's own check takes or refuses them.
+    Set(operate::Set),
+    /// Hold tags at values, or list what is held.
+    Force(operate::Force),
+    /// Take forces away.
+    Unforce(operate::Unforce),
+    /// Give a command to a block.
+    Command(operate::Give),
+    /// List the alarms of a running plant.
+    Alarms(operate::Alarms),
+    /// Acknowledge alarms.
+    Ack(operate::Acknowledge),
+    /// Reset alarms whose condition is gone.
+    Reset(operate::Which),
+    /// Hide alarms for a time.
+    Shelve(operate::Shelve),
+    /// Show shelved alarms again.
+    Unshelve(operate::Which),
+    /// Take alarms out of service until they are put back.
+    OutOfService(operate::Which),
+    /// Put alarms back into service.
+    InService(operate::Which),
+    /// Show records of a running plant: what happened, and who did it.
+    Records(operate::Records),
     /// Print the JSON Schema of the plant file, for editors.
     ///
     /// In VS Code with the Even Better TOML extension, put `#:schema plant.schema.json` in the first line of the plant
@@ -177,6 +207,9 @@ pub(crate) struct Run {
     /// Write every record as a line of JSON.
     #[arg(long, value_name = "FILE")]
     pub(crate) records: Option<PathBuf>,
+    /// Serve a control socket there, for `latchwork status`, `set`, `alarms` and others; at the machine's clock only.
+    #[arg(long, value_name = "PATH")]
+    pub(crate) socket: Option<PathBuf>,
     /// Print the summary as JSON, and nothing else.
     #[arg(long)]
     pub(crate) json: bool,
