@@ -93,6 +93,8 @@ pub struct Transition {
     pub from: State,
     /// State after.
     pub to: State,
+    /// The alarm after it.
+    pub after: Alarm,
 }
 
 /// Why an operator's wish does not come true.
@@ -270,7 +272,7 @@ impl Alarm {
         };
         // An acknowledgement of an alarm that goes on being shown as active is one, too.
         if from != to || (*self != before && !word.is_empty()) {
-            told(Transition { time, word, from, to });
+            told(Transition { time, word, from, to, after: *self });
         }
     }
 

@@ -89,6 +89,8 @@ pub(crate) enum Command {
     OutOfService(operate::Which),
     /// Put alarms back into service.
     InService(operate::Which),
+    /// Tell a running plant that its supervision is alive, once; `[heartbeat]` in the plant file says how often it must come.
+    Heartbeat(operate::Heartbeat),
     /// Show records of a running plant: what happened, and who did it.
     Records(operate::Records),
     /// Print the JSON Schema of the plant file, for editors.

@@ -112,10 +112,13 @@ pub struct ForceInbox {
 }
 
 impl ForceInbox {
-    /// Takes what operators changed since the last call. One atomic load when nothing did; never allocates.
+    /// Takes what operators changed since the last call; true when there was something. One atomic load when nothing was;
+    /// never allocates.
     #[inline]
-    pub fn update(&mut self) {
+    pub fn update(&mut self) -> bool {
+        let mut changed = false;
         while let Ok(change) = self.changes.pop() {
+            changed = true;
             self.applied.retain(|(slot, mask, _)| (*slot, *mask) != (change.slot, change.mask));
             if let Some(bits) = change.bits
                 && self.applied.len() < self.applied.capacity()
@@ -124,6 +127,7 @@ impl ForceInbox {
                 self.applied.sort_unstable_by_key(|(slot, ..)| *slot);
             }
         }
+        changed
     }
 
     /// True while any cell is forced.

@@ -5,6 +5,7 @@
 //! published twice while it was reading. The sequence counts half steps: `2k` says publication `k` is complete in
 //! buffer `k & 1`; `2k + 1` says the writer is filling the other buffer, `(k + 1) & 1`.
 
+use crate::ForceInbox;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering, fence};
 
@@ -27,6 +28,8 @@ impl Buffer {
 /// The only writer of a region.
 pub struct RegionWriter {
     shared: Arc<Shared>,
+    /// Forces on its cells, where the writer itself knows nothing of them, and room for the forced cells.
+    held: Option<(ForceInbox, Vec<u64>)>,
 }
 
 /// A reader of a region; clone it for each lane, driver or display that reads.
@@ -39,7 +42,7 @@ pub struct RegionReader {
 pub fn region(initial: &[u64]) -> (RegionWriter, RegionReader) {
     let shared =
         Arc::new(Shared { sequence: AtomicU64::new(0), buffers: [Buffer::new(initial), Buffer::new(initial)] });
-    (RegionWriter { shared: Arc::clone(&shared) }, RegionReader { shared })
+    (RegionWriter { shared: Arc::clone(&shared), held: None }, RegionReader { shared })
 }
 
 impl RegionWriter {
@@ -58,8 +61,37 @@ impl RegionWriter {
         RegionReader { shared: Arc::clone(&self.shared) }
     }
 
+    /// Lets forces hold cells of this region: every publication from now on shows them.
+    pub fn hold(&mut self, forces: ForceInbox) {
+        let room = Vec::with_capacity(self.len());
+        self.held = Some((forces, room));
+    }
+
+    /// Takes the forces that have changed; true when a publication would show it.
+    pub fn forces_changed(&mut self) -> bool {
+        self.held.as_mut().is_some_and(|(forces, _)| forces.update())
+    }
+
     /// Publishes all cells at plant time `time` (ns). Never waits. Cells beyond the region's length are ignored.
     pub fn publish(&mut self, cells: &[u64], time: u64) {
+        if let Some((forces, room)) = &mut self.held {
+            forces.update();
+            if forces.any() {
+                room.clear();
+                room.extend_from_slice(cells);
+                forces.apply(room, 0, u32::MAX);
+                let forced = std::mem::take(room);
+                self.write(&forced, time);
+                if let Some((_, room)) = &mut self.held {
+                    *room = forced;
+                }
+                return;
+            }
+        }
+        self.write(cells, time);
+    }
+
+    fn write(&self, cells: &[u64], time: u64) {
         let sequence = self.shared.sequence.load(Ordering::Relaxed);
         self.shared.sequence.store(sequence.wrapping_add(1), Ordering::Relaxed);
         // Keeps the stores below from becoming visible before the odd sequence number.
@@ -154,6 +186,22 @@ mod tests {
             assert_eq!(cells, [n, n * 2]);
             assert_eq!(reader.publications(), n);
         }
+    }
+
+    #[test]
+    fn forces_hold_cells_of_a_writer_that_does_not_know() {
+        let (mut writer, reader) = region(&[0, 0]);
+        let mut board = crate::ForceBoard::default();
+        writer.hold(board.add_writer());
+        writer.publish(&[1, 2], 1);
+        let forced = crate::Forced { cell: 9, user: "op".into(), since: 0 };
+        board.force(crate::TagId(0), 0, 1, None, forced).unwrap();
+        assert!(writer.forces_changed() && !writer.forces_changed());
+        writer.publish(&[3, 4], 2);
+        assert_eq!((reader.cell(0), reader.cell(1)), (3, 9));
+        board.unforce(crate::TagId(0), 1, None).unwrap();
+        writer.publish(&[5, 6], 3);
+        assert_eq!((reader.cell(0), reader.cell(1)), (5, 6));
     }
 
     #[test]

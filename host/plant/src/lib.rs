@@ -7,6 +7,7 @@
 //! plant file ─check─► Model ─assemble─► Plant { lanes, drivers, sim, supervisor, router } ─run_real | run_virtual─► Outcome
 //! ```
 
+pub mod alarms;
 pub mod assemble;
 pub mod check;
 mod diagnostic;
@@ -18,4 +19,5 @@ pub mod operate;
 pub mod run;
 pub mod schema;
 pub mod sim;
+mod supervision;
 mod supervisor;

@@ -51,6 +51,9 @@ pub fn json_schema() -> Value {
             "driver": { "type": "object", "additionalProperties": { "oneOf": kinds } },
             "block": blocks,
             "policy": of(&[&sections::POLICY]),
+            "table": { "type": "object", "additionalProperties": of(&[&sections::TABLE]) },
+            "heartbeat": of(&[&sections::HEARTBEAT]),
+            "alarm": { "type": "array", "items": of(&[&sections::ALARM]) },
             "sim": {
                 "type": "object",
                 "additionalProperties": false,
@@ -76,6 +79,9 @@ pub fn reference_page() -> String {
     add("`[lane.NAME]`, interrupt", &sections::INTERRUPT_LANE);
     add("`[block.NAME]`", &sections::BLOCK);
     add("`{ tag = … }`, the source of an input", &sections::WIRE);
+    add("`[[alarm]]`", &sections::ALARM);
+    add("`[table.NAME]`", &sections::TABLE);
+    add("`[heartbeat]`", &sections::HEARTBEAT);
     add("`[driver.NAME]`", &sections::DRIVER);
     add("Every point", &sections::POINT);
     add("`[policy]`", &sections::POLICY);

@@ -2,6 +2,7 @@
 
 use crate::lane::{Sender, Simulated};
 use crate::model::Model;
+use crate::operate::Operation;
 use latchwork_image::{Quality, RegionWriter, Type};
 use latchwork_io::driver::PointConfig;
 use std::collections::HashMap;
@@ -16,7 +17,7 @@ pub struct Stimulus {
 }
 
 /// What a stimulus row does.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq)]
 pub enum Action {
     /// Sets an input point.
     Point {
@@ -34,6 +35,8 @@ pub enum Action {
         /// Set or cleared.
         set: bool,
     },
+    /// What an operator would do.
+    Operate(Operation),
 }
 
 /// Where a sim point stands.
@@ -142,7 +145,7 @@ impl SimPoints {
     /// Publishes what changed, at plant time `now`.
     pub fn publish(&mut self, now: u64) {
         for driver in &mut self.drivers {
-            if std::mem::take(&mut driver.changed) {
+            if std::mem::take(&mut driver.changed) | driver.region.forces_changed() {
                 driver.region.publish(&driver.cells, now);
             }
         }

@@ -1,6 +1,6 @@
 //! Makes new instances for blocks that faulted, off the lanes.
 
-use crate::lane::{Reply, Request, RestartRequest};
+use crate::lane::{Configured, Reply, Request, RestartRequest};
 use latchwork_block::{Fault, FaultKind, Instance, Limits, Template};
 use latchwork_record::Text;
 
@@ -31,6 +31,8 @@ pub struct LaneLink {
     pub restarts: rtrb::Consumer<RestartRequest>,
     /// Requests to the lane.
     pub requests: rtrb::Producer<Request>,
+    /// What blocks said to new settings.
+    pub configured: rtrb::Consumer<Configured>,
 }
 
 /// Answers the lanes' restart requests.

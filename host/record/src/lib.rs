@@ -19,5 +19,5 @@ mod router;
 
 pub use entry::{Datum, Entry, Kind, SourceId, TEXT_BYTES, Text};
 pub use queue::{Recorder, queue};
-pub use record::{Record, rfc3339};
-pub use router::{Incoming, Router};
+pub use record::{Draft, Kept, Record, rfc3339};
+pub use router::{Incoming, Router, Turn};

@@ -31,6 +31,55 @@ pub struct Record {
     pub text: String,
 }
 
+/// A record that has no number yet. Its time is plant time, ns.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Draft {
+    /// Plant time, ns.
+    pub time: u64,
+    /// Kind.
+    pub kind: Kind,
+    /// What it is about.
+    pub source: String,
+    /// What happened, in one word.
+    pub transition: Cow<'static, str>,
+    /// Value before.
+    pub previous: Value,
+    /// Value after.
+    pub current: Value,
+    /// 0 (a note) to 255.
+    pub priority: u8,
+    /// Who did it; empty for the plant itself.
+    pub user: String,
+    /// One sentence for a person; may be empty.
+    pub text: String,
+}
+
+impl Draft {
+    /// A draft without values, priority, user and text.
+    pub fn new(time: u64, kind: Kind, source: impl Into<String>, transition: &'static str) -> Self {
+        Self {
+            time,
+            kind,
+            source: source.into(),
+            transition: transition.into(),
+            previous: Value::None,
+            current: Value::None,
+            priority: 0,
+            user: String::new(),
+            text: String::new(),
+        }
+    }
+}
+
+/// What outlives the run together with the record that tells of it: the state of an alarm, a setting, a retained command.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Kept {
+    /// Name, as `alarm/unit.alarms.high`.
+    pub name: String,
+    /// State as text; `None` forgets it.
+    pub value: Option<String>,
+}
+
 impl Record {
     /// The record as one line of JSON, without the line's end.
     pub fn to_json(&self) -> String {

@@ -1,9 +1,14 @@
 //! The router: one ordered, numbered stream out of all queues.
 
-use crate::{Entry, Kind, Record, SourceId};
-use latchwork_image::Value;
+use crate::{Draft, Entry, Record, SourceId};
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
+use std::collections::binary_heap::PeekMut;
+
+/// Rank of an entry that is nothing special.
+const ORDINARY: u8 = 1;
+/// Rank of what was inserted.
+const INSERTED: u8 = 2;
 
 /// The receiving end of a queue.
 pub struct Incoming {
@@ -16,48 +21,78 @@ impl Incoming {
     }
 }
 
-/// An entry that waits for its turn; ordered by time, then by arrival.
-struct Waiting {
-    order: (u64, u64),
-    entry: Entry,
+/// What waits for its turn; ordered by time, then by rank, then by arrival.
+struct Waiting<W> {
+    order: (u64, u8, u64),
+    turn: Turn<W>,
 }
 
-impl PartialEq for Waiting {
+impl<W> PartialEq for Waiting<W> {
     fn eq(&self, other: &Self) -> bool {
         self.order == other.order
     }
 }
-impl Eq for Waiting {}
-impl PartialOrd for Waiting {
+impl<W> Eq for Waiting<W> {}
+impl<W> PartialOrd for Waiting<W> {
     fn partial_cmp(&self, other: &Self) -> Option<std::cmp::Ordering> {
         Some(self.cmp(other))
     }
 }
-impl Ord for Waiting {
+impl<W> Ord for Waiting<W> {
     fn cmp(&self, other: &Self) -> std::cmp::Ordering {
         self.order.cmp(&other.order)
     }
 }
 
-/// Orders the entries of all queues by time and numbers them.
-pub struct Router {
+/// Whose turn it is.
+#[derive(Debug, PartialEq)]
+pub enum Turn<W> {
+    /// An entry of a queue.
+    Entry(Entry),
+    /// What was inserted, with its plant time, ns.
+    Inserted(u64, W),
+}
+
+/// Orders the entries of all queues by time and numbers records. Between entries, in the order of their times, it passes on
+/// what was inserted: drafts of whoever has no queue, wishes that must see what came before them.
+pub struct Router<W = Draft> {
     sources: Vec<String>,
     incoming: Vec<Incoming>,
-    waiting: BinaryHeap<Reverse<Waiting>>,
+    waiting: BinaryHeap<Reverse<Waiting<W>>>,
     arrivals: u64,
     seq: u64,
     epoch: u64,
+    rank: fn(&Entry) -> u8,
 }
 
-impl Router {
+impl<W> Router<W> {
     /// A router for sources of these names, numbered from 0.
     pub fn new(sources: Vec<String>) -> Self {
-        Self { sources, incoming: Vec::new(), waiting: BinaryHeap::new(), arrivals: 0, seq: 0, epoch: 0 }
+        Self {
+            sources,
+            incoming: Vec::new(),
+            waiting: BinaryHeap::new(),
+            arrivals: 0,
+            seq: 0,
+            epoch: 0,
+            rank: |_| ORDINARY,
+        }
+    }
+
+    /// Which entries go before others of the same time: those of a smaller rank; ordinary ones have 1, what was inserted
+    /// has 2.
+    pub fn rank_by(&mut self, rank: fn(&Entry) -> u8) {
+        self.rank = rank;
     }
 
     /// Sets when plant time 0 was, ns since 1970. Virtual time leaves it at 0, so that two runs are equal.
     pub fn set_epoch(&mut self, epoch: u64) {
         self.epoch = epoch;
+    }
+
+    /// When plant time 0 was, ns since 1970.
+    pub fn epoch(&self) -> u64 {
+        self.epoch
     }
 
     /// Goes on after a number: that of the last record there may be.
@@ -80,52 +115,39 @@ impl Router {
         self.seq
     }
 
-    /// Takes what the queues hold and releases, in order of time, every entry older than `before` (plant time, ns).
-    /// An entry that comes later than younger ones keeps its own time and follows them.
-    pub fn release(&mut self, before: u64, mut to: impl FnMut(&Record)) {
-        for incoming in &mut self.incoming {
-            while let Ok(entry) = incoming.consumer.pop() {
-                self.arrivals += 1;
-                self.waiting.push(Reverse(Waiting { order: (entry.time, self.arrivals), entry }));
-            }
-        }
-        while self.waiting.peek().is_some_and(|w| w.0.entry.time < before) {
-            if let Some(Reverse(Waiting { entry, .. })) = self.waiting.pop() {
-                self.seq += 1;
-                to(&self.record(&entry));
+    /// Inserts something at plant time `time`, ns.
+    pub fn insert(&mut self, time: u64, what: W) {
+        self.wait(time, INSERTED, Turn::Inserted(time, what));
+    }
+
+    fn wait(&mut self, time: u64, rank: u8, turn: Turn<W>) {
+        self.arrivals += 1;
+        self.waiting.push(Reverse(Waiting { order: (time, rank, self.arrivals), turn }));
+    }
+
+    /// Takes what the queues hold now.
+    pub fn collect(&mut self) {
+        for at in 0..self.incoming.len() {
+            while let Ok(entry) = self.incoming[at].consumer.pop() {
+                self.wait(entry.time, (self.rank)(&entry), Turn::Entry(entry));
             }
         }
     }
 
-    /// A record of who has no queue of its own, at plant time `time`; it leaves at once.
-    pub fn note(
-        &mut self,
-        time: u64,
-        kind: Kind,
-        source: &str,
-        transition: &'static str,
-        text: String,
-        mut to: impl FnMut(&Record),
-    ) {
-        self.seq += 1;
-        to(&Record {
-            seq: self.seq,
-            time: self.epoch.saturating_add(time),
-            kind,
-            source: source.to_owned(),
-            transition: transition.into(),
-            previous: Value::None,
-            current: Value::None,
-            priority: 255,
-            user: String::new(),
-            text,
-        });
+    /// What comes next in the order of time, if it is older than `before` (plant time, ns). An entry that comes later than
+    /// younger ones keeps its own time and follows them.
+    pub fn next(&mut self, before: u64) -> Option<Turn<W>> {
+        let first = self.waiting.peek_mut()?;
+        if first.0.order.0 >= before {
+            return None;
+        }
+        Some(PeekMut::pop(first).0.turn)
     }
 
-    fn record(&self, entry: &Entry) -> Record {
-        Record {
-            seq: self.seq,
-            time: self.epoch.saturating_add(entry.time),
+    /// The draft of the record that an entry is, with a time of plant time.
+    pub fn draft(&self, entry: &Entry) -> Draft {
+        Draft {
+            time: entry.time,
             kind: entry.kind,
             source: self.source(entry.source).to_owned(),
             transition: entry.transition.into(),
@@ -136,16 +158,38 @@ impl Router {
             text: entry.text.as_str().to_owned(),
         }
     }
+
+    /// The record of a draft: the next number, the time since 1970.
+    pub fn number(&mut self, draft: Draft) -> Record {
+        self.seq += 1;
+        let Draft { time, kind, source, transition, previous, current, priority, user, text } = draft;
+        let time = self.epoch.saturating_add(time);
+        Record { seq: self.seq, time, kind, source, transition, previous, current, priority, user, text }
+    }
+}
+
+impl Router<Draft> {
+    /// Takes what the queues hold and releases, in order of time, everything older than `before` (plant time, ns).
+    pub fn release(&mut self, before: u64, mut to: impl FnMut(&Record)) {
+        self.collect();
+        while let Some(turn) = self.next(before) {
+            let draft = match turn {
+                Turn::Entry(entry) => self.draft(&entry),
+                Turn::Inserted(_, draft) => draft,
+            };
+            to(&self.number(draft));
+        }
+    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::queue;
+    use crate::{Kind, queue};
 
     #[test]
     fn entries_leave_by_time_across_queues() {
-        let mut router = Router::new(vec!["a".into(), "b".into()]);
+        let mut router: Router = Router::new(vec!["a".into(), "b".into()]);
         let (mut a, ia) = queue(8, SourceId(0));
         let (mut b, ib) = queue(8, SourceId(1));
         router.add(ia);
@@ -165,5 +209,20 @@ mod tests {
             .map(|(i, (t, s))| (i as u64 + 1, t, s.to_string()))
             .collect();
         assert_eq!(seen, expected);
+    }
+
+    #[test]
+    fn what_is_inserted_waits_for_its_turn_and_ranks_decide_within_a_moment() {
+        let mut router = Router::<Draft>::new(vec!["a".into()]);
+        let (mut a, ia) = queue(8, SourceId(0));
+        router.add(ia);
+        router.rank_by(|entry| if entry.transition == "first" { 0 } else { 1 });
+        router.insert(3, Draft::new(3, Kind::Command, "b", "asked"));
+        for (time, transition) in [(2, "x"), (3, "y"), (3, "first"), (4, "z")] {
+            a.push(Entry::new(time, Kind::Event, SourceId(0), transition));
+        }
+        let mut seen = Vec::new();
+        router.release(4, |r| seen.push(r.transition.to_string()));
+        assert_eq!(seen, ["x", "first", "y", "asked"]);
     }
 }

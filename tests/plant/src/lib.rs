@@ -8,8 +8,8 @@ use latchwork_plant::assemble::{Options, Plant, Time, assemble};
 use latchwork_plant::check::{CheckOptions, check_file};
 use latchwork_plant::lane::Change;
 use latchwork_plant::run::{Control, Observer, Outcome, RunOptions, resolve_stimulus, run_virtual};
-use latchwork_record::{Kind, Record};
-use std::collections::HashMap;
+use latchwork_record::{Kept, Kind, Record};
+use std::collections::{BTreeMap, HashMap};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
 use tempfile::TempDir;
@@ -52,10 +52,13 @@ pub struct Rig {
     sim: bool,
     stimulus: String,
     trace: Option<String>,
+    kept: BTreeMap<String, String>,
 }
 
 /// All that a run did.
 pub struct Ran {
+    /// What the run left to be kept, as the journal would have it.
+    pub kept: BTreeMap<String, String>,
     /// Outcome.
     pub outcome: Outcome,
     /// Records.
@@ -74,7 +77,14 @@ impl Rig {
         let list: Vec<_> = component_folders().iter().map(|f| format!("{:?}", f.display().to_string())).collect();
         let head = format!("[plant]\nname = \"test\"\ncomponents = [{}]\n", list.join(", "));
         std::fs::write(folder.path().join("plant.toml"), format!("{head}{text}")).expect("the plant file");
-        Self { folder, engine: engine(), sim: false, stimulus: String::new(), trace: Some("*".into()) }
+        Self {
+            folder,
+            engine: engine(),
+            sim: false,
+            stimulus: String::new(),
+            trace: Some("*".into()),
+            kept: BTreeMap::new(),
+        }
     }
 
     /// With `--sim`.
@@ -86,6 +96,12 @@ impl Rig {
     /// With rows `time,tag,value`.
     pub fn stimulus(mut self, rows: &str) -> Self {
         self.stimulus = format!("time,tag,value\n{rows}");
+        self
+    }
+
+    /// After an earlier run that left this.
+    pub fn after(mut self, kept: &BTreeMap<String, String>) -> Self {
+        self.kept.clone_from(kept);
         self
     }
 
@@ -121,7 +137,8 @@ impl Rig {
     /// # Panics
     /// If the stimulus does not fit.
     pub fn run(&self, mut options: RunOptions) -> Ran {
-        let plant = self.plant(Time::Virtual);
+        let mut plant = self.plant(Time::Virtual);
+        plant.restore(&self.kept);
         if !self.stimulus.is_empty() {
             let rows = latchwork_io::stimulus::read(self.stimulus.as_bytes()).expect("a right stimulus");
             options.stimulus = resolve_stimulus(&plant, &rows).expect("a stimulus that fits");
@@ -134,7 +151,7 @@ impl Rig {
             let (name, ty) = &types[&c.tag];
             (c.time, name.clone(), ty.format(c.cell))
         };
-        Ran { outcome, trace: log.changes.iter().map(row).collect(), records: log.records }
+        Ran { outcome, trace: log.changes.iter().map(row).collect(), records: log.records, kept: log.kept }
     }
 }
 
@@ -173,11 +190,18 @@ impl Ran {
 #[derive(Default)]
 struct Log {
     records: Vec<Record>,
+    kept: BTreeMap<String, String>,
     changes: Vec<Change>,
 }
 
 impl Observer for Log {
-    fn record(&mut self, record: &Record) {
+    fn record(&mut self, record: &Record, kept: &[Kept]) {
+        for Kept { name, value } in kept.iter().cloned() {
+            match value {
+                Some(value) => drop(self.kept.insert(name, value)),
+                None => drop(self.kept.remove(&name)),
+            }
+        }
         self.records.push(record.clone());
     }
 

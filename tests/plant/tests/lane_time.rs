@@ -4,6 +4,7 @@ use latchwork_image::Quality;
 use latchwork_plant::assemble::{Plant, Time};
 use latchwork_plant::lane::LaneState;
 use latchwork_plant::model::TagRef;
+use latchwork_record::Turn;
 use latchwork_tests_plant::Rig;
 
 const MS: u64 = 1_000_000;
@@ -36,7 +37,11 @@ fn scans(plant: &mut Plant, times: &[u64]) {
 
 fn records(plant: &mut Plant) -> Vec<String> {
     let mut seen = Vec::new();
-    plant.router.release(u64::MAX, |r| seen.push(format!("{} {} {}", r.source, r.transition, r.text)));
+    plant.router.collect();
+    while let Some(Turn::Entry(entry)) = plant.router.next(u64::MAX) {
+        let draft = plant.router.draft(&entry);
+        seen.push(format!("{} {} {}", draft.source, draft.transition, draft.text));
+    }
     seen
 }
 

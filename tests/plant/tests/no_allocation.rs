@@ -134,7 +134,7 @@ fn edges_ticks_storms_and_their_records_allocate_nothing() {
     let mut edges = |n: usize, step: u64| {
         for i in 0..n {
             now += step;
-            plant.stimulate(stimulus[i % 4].action, now);
+            plant.stimulate(&stimulus[i % 4].action, now);
             if i % 16 == 0 {
                 plant.lanes[0].scan(now, now, || now + 1000);
             }

@@ -170,6 +170,13 @@ pub(crate) struct Shelve {
     pub(crate) change: Change,
 }
 
+/// `latchwork heartbeat`
+#[derive(ClapArgs, Debug)]
+pub(crate) struct Heartbeat {
+    #[command(flatten)]
+    pub(crate) change: Change,
+}
+
 /// `latchwork records`
 #[derive(ClapArgs, Debug)]
 pub(crate) struct Records {

@@ -1,8 +1,8 @@
-//! `latchwork command`
+//! `latchwork command`, `latchwork heartbeat`
 
 use super::client::each;
 use crate::Exit;
-use crate::args::operate::Give;
+use crate::args::operate::{Give, Heartbeat};
 use anyhow::Result;
 use serde_json::json;
 
@@ -12,4 +12,8 @@ pub(super) fn execute(args: &Give) -> Result<Exit> {
         body["on"] = json!(args.on);
     }
     each(&args.change, std::iter::once(("/v1/commands", body)))
+}
+
+pub(super) fn heartbeat(args: &Heartbeat) -> Result<Exit> {
+    each(&args.change, std::iter::once(("/v1/heartbeat", json!({}))))
 }

@@ -51,6 +51,7 @@ pub(crate) fn execute(args: Args) -> Result<Exit> {
         Command::Unshelve(which) => alarms::change(which, "/v1/alarms/unshelve"),
         Command::OutOfService(which) => alarms::change(which, "/v1/alarms/out-of-service"),
         Command::InService(which) => alarms::change(which, "/v1/alarms/in-service"),
+        Command::Heartbeat(beat) => command::heartbeat(beat),
         Command::Records(records) => records::execute(records),
         Command::Schema => schema::execute(),
     }

@@ -6,12 +6,14 @@ use crate::args::{Run, Speed};
 use crate::report;
 use crate::run::{Files, Kept, Lines, Screen, Show, Table, Watcher, summary};
 use anyhow::{Context, Result, bail};
+use latchwork_api::{Config, Limits, Server};
 use latchwork_block::Engine;
 use latchwork_plant::assemble::{Options, Plant, Time, assemble};
 use latchwork_plant::model::Model;
 use latchwork_plant::run::{MachineClock, RunOptions, resolve_stimulus, run_real, run_virtual};
 use latchwork_plant::sim::Stimulus;
 use std::io::IsTerminal;
+use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 use std::time::SystemTime;
@@ -35,6 +37,12 @@ pub(super) fn execute(engine: &Engine, args: &Run) -> Result<Exit> {
         eprintln!("error: --speed max would never end\n  help: say how long with --for 10s or --scans 1000");
         return Ok(Exit::Usage);
     }
+    if time == Time::Virtual && args.socket.is_some() {
+        eprintln!(
+            "error: --socket needs the machine's clock: at virtual time nobody could follow\n  help: leave --speed max or --socket out"
+        );
+        return Ok(Exit::Usage);
+    }
     if let (Some(trace), Some(records)) = (&args.trace, &args.records)
         && trace == records
     {
@@ -52,15 +60,17 @@ pub(super) fn execute(engine: &Engine, args: &Run) -> Result<Exit> {
     let name = plant.model.name.clone();
     let files = Files::create(&plant, args.trace.as_deref(), args.records.as_deref())?;
     let journal = args.data.as_ref().map(|folder| Kept::open(folder, &mut plant)).transpose()?;
+    let server = args.socket.as_ref().map(|socket| serve(socket, &mut plant, args)).transpose()?;
     let show = show(&plant, args);
     let mut watcher = Watcher::new(files, journal, show);
     let outcome = match time {
         Time::Virtual => run_virtual(plant, &options, &stop, &mut watcher),
         Time::Real => {
-            plant.router.set_epoch(epoch());
+            plant.set_epoch(epoch());
             run_real(plant, &options, Arc::new(MachineClock::start()), &stop, &mut watcher)
         }
     };
+    drop(server);
     let written = watcher.finish();
     if args.json {
         report::say(&format!("{}\n", serde_json::to_string_pretty(&summary::json(&name, &outcome, &written))?));
@@ -74,6 +84,20 @@ pub(super) fn execute(engine: &Engine, args: &Run) -> Result<Exit> {
         None => {}
     }
     Ok(if outcome.faulted() { Exit::Faulted } else { Exit::Fine })
+}
+
+/// Serves the control socket of a plant from now on.
+fn serve(socket: &Path, plant: &mut Plant, args: &Run) -> Result<Server> {
+    let config = Config {
+        socket: socket.into(),
+        plant: plant.model.name.clone(),
+        policy: plant.model.policy.clone(),
+        data: args.data.clone(),
+        limits: Limits::default(),
+    };
+    let server = Server::start(config, plant.console())?;
+    server.warnings().iter().for_each(|warning| eprintln!("warning: {warning}"));
+    Ok(server)
 }
 
 /// Signals that stop a plant in order: Ctrl-C, what systemd sends, Ctrl-\, and the end of the terminal or the network

@@ -28,7 +28,7 @@ impl Kept {
         Ok(kept)
     }
 
-    pub(crate) fn record(&mut self, record: &Record) {
+    pub(crate) fn record(&mut self, record: &Record, _kept: &[latchwork_record::Kept]) {
         self.journal.push(record);
     }
 

@@ -90,9 +90,9 @@ impl Watcher {
 }
 
 impl Observer for Watcher {
-    fn record(&mut self, record: &Record) {
+    fn record(&mut self, record: &Record, kept: &[latchwork_record::Kept]) {
         if let Some(journal) = &mut self.journal {
-            journal.record(record);
+            journal.record(record, kept);
         }
         self.files.record(record);
         self.history.add(record);

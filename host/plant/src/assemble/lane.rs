@@ -2,7 +2,8 @@
 
 use super::Sources;
 use crate::lane::{
-    Block, BlockState, Follower, Interrupt, Lane, LaneParts, Register, Request, Rest, RestartRequest, Tracer,
+    Block, BlockState, Condition, Configured, Follower, Interrupt, Lane, LaneParts, Register, Request, Rest,
+    RestartRequest, Tracer,
 };
 use crate::layout::Layout;
 use crate::model::Model;
@@ -19,6 +20,8 @@ pub(super) struct LaneWiring {
     pub(super) recorder: Recorder,
     pub(super) requests: rtrb::Consumer<Request>,
     pub(super) restarts: rtrb::Producer<RestartRequest>,
+    pub(super) configured: rtrb::Producer<Configured>,
+    pub(super) conditions: Vec<Condition>,
     pub(super) tracer: Tracer,
     pub(super) forces: latchwork_image::ForceInbox,
     pub(super) followers: Vec<Follower>,
@@ -100,6 +103,8 @@ impl LaneWiring {
             source: self.source,
             requests: self.requests,
             restarts: self.restarts,
+            configured: self.configured,
+            conditions: self.conditions,
             tracer: self.tracer,
             followers: self.followers,
             interrupt: self.interrupt,

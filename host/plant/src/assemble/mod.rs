@@ -1,15 +1,19 @@
 //! From the checked model to a plant that can run: instances, regions, lanes, drivers.
 
+mod alarms;
 mod blocks;
 mod interrupt;
 mod lane;
 mod points;
 mod trace;
 
-use crate::lane::{Change, Lane, Mode, Request, Tracer, Wake, Watch};
+use crate::alarms::Annunciator;
+use crate::lane::{Change, Lane, Tracer, Wake, Watch};
 use crate::layout::{Layout, lane_source};
 use crate::model::Model;
-use crate::sim::{Action, SimPoints};
+use crate::operate::{Desk, Wish};
+use crate::sim::SimPoints;
+use crate::supervision::{Beats, Table};
 use crate::supervisor::{LaneLink, Supervisor};
 use interrupt::Interrupts;
 use lane::LaneWiring;
@@ -127,8 +131,16 @@ pub struct Plant {
     pub sim: SimPoints,
     /// Restarts blocks.
     pub supervisor: Supervisor,
-    /// Orders records.
-    pub router: Router,
+    /// Orders records, and what operators want of alarms.
+    pub router: Router<Wish>,
+    /// Life of the alarms.
+    pub annunciator: Annunciator,
+    /// What operators have under way.
+    pub desk: Desk,
+    /// Status tables.
+    pub(crate) tables: Vec<Table>,
+    /// Signs of life.
+    pub(crate) beats: Beats,
     /// Trace rows by lane.
     pub trace: Vec<rtrb::Consumer<Change>>,
     /// Readers of all regions by number.
@@ -148,28 +160,15 @@ pub struct Plant {
 }
 
 impl Plant {
-    /// Does what a row of the stimulus says, at plant time `now`.
-    pub fn stimulate(&mut self, action: Action, now: u64) {
-        match action {
-            Action::Point { place, cell } => self.sim.set(place, cell, now),
-            Action::Command { block, bit, set } => {
-                let lane = self.model.blocks[block].lane;
-                let at = self.layout.lanes[lane].blocks.iter().position(|b| b.block == block);
-                let mode = if set { Mode::OneShot } else { Mode::Level(false) };
-                if let Some(index) = at {
-                    // A stimulus sends few commands; a lane that is too busy to take them has faulted.
-                    let _ = self.supervisor.send(lane, Request::Command { block: index as u32, bit, mode });
-                }
-            }
-        }
-    }
-
     /// A view of some tags that stays valid while the plant runs.
     pub fn view(&self, tags: &[TagId]) -> View {
-        let resolved: Vec<_> =
-            tags.iter().map(|t| self.layout.tags.resolve(*t).unwrap_or(Resolved::Constant(0))).collect();
-        View::new(&self.regions, &resolved)
+        view(&self.layout, &self.regions, tags)
     }
+}
+
+fn view(layout: &Layout, regions: &[RegionReader], tags: &[TagId]) -> View {
+    let resolved = tags.iter().map(|t| layout.tags.resolve(*t).unwrap_or(Resolved::Constant(0)));
+    View::new(regions, &resolved.collect::<Vec<_>>())
 }
 
 /// Names of sources of records, numbered as they are asked for.
@@ -207,6 +206,7 @@ pub fn assemble(model: Model, engine: &Engine, options: &Options<'_>) -> Result<
     }
 
     let polled = interrupt::polled(&model, &mut layout)?;
+    let watched = alarms::watched(&model, &mut layout)?;
 
     let mut forces = ForceBoard::default();
     let (mut writers, mut readers) = (Vec::new(), Vec::new());
@@ -226,6 +226,8 @@ pub fn assemble(model: Model, engine: &Engine, options: &Options<'_>) -> Result<
 
     let mut sources = Sources::default();
     let driver_sources: Vec<_> = model.drivers.iter().map(|d| DriverSources::new(d, &mut sources)).collect();
+    let mut annunciator = Annunciator::new(&model);
+    let mut conditions = alarms::connect(&model, watched, &mut sources, &mut annunciator);
     let mut sim = SimPoints::default();
     let oldest: Vec<_> = model.lanes.iter().map(|_| Arc::new(AtomicU64::new(u64::MAX))).collect();
     let context = interrupt::Context {
@@ -248,7 +250,8 @@ pub fn assemble(model: Model, engine: &Engine, options: &Options<'_>) -> Result<
         let (to_lane, requests) = rtrb::RingBuffer::new(REQUESTS + blocks);
         // A block has at most one restart under way, and hands over one dead instance when it is parked.
         let (restarts, from_lane) = rtrb::RingBuffer::new(2 * blocks + 1);
-        links.push(LaneLink { restarts: from_lane, requests: to_lane });
+        let (configured, answers) = rtrb::RingBuffer::new(REQUESTS + blocks);
+        links.push(LaneLink { restarts: from_lane, requests: to_lane, configured: answers });
         let changes = options.trace.map(|_| {
             let (producer, consumer) = rtrb::RingBuffer::new(TRACE);
             trace.push(consumer);
@@ -262,6 +265,8 @@ pub fn assemble(model: Model, engine: &Engine, options: &Options<'_>) -> Result<
             recorder,
             requests,
             restarts,
+            configured,
+            conditions: std::mem::take(&mut conditions[index]),
             tracer: Tracer::new(index as u32, watches, changes),
             forces: forces.add_writer(),
             followers: std::mem::take(&mut interrupts.followers[index]),
@@ -273,8 +278,8 @@ pub fn assemble(model: Model, engine: &Engine, options: &Options<'_>) -> Result<
 
     let mut drivers = Vec::new();
     for (index, driver) in model.drivers.iter().enumerate() {
-        let Some(region) = writers[layout.driver_region(index) as usize].take() else { continue };
-        forces.add_writer();
+        let Some(mut region) = writers[layout.driver_region(index) as usize].take() else { continue };
+        region.hold(forces.add_writer());
         if driver.simulated(model.sim) {
             sim.add(&model, index, region);
             continue;
@@ -289,19 +294,31 @@ pub fn assemble(model: Model, engine: &Engine, options: &Options<'_>) -> Result<
         let outputs = points::outputs(&model, &layout, &regions, index)?;
         drivers.push(DriverParts { name, driver: made, region, outputs, recorder, sources: known.clone() });
     }
+    alarms::listen(&model, &mut lanes, &mut annunciator);
+    // Settings are written, not forced; but every region has its number among the writers.
     forces.add_writer();
+    let settings = writers[layout.operators_region() as usize].take();
     let source = sources.add(latchwork_record::journal::SOURCE.into());
     let (recorder, incoming) = queue(QUEUE, source);
     queues.push(incoming);
     let journal = Some((recorder, source));
 
     let mut router = Router::new(sources.names);
+    router.rank_by(crate::alarms::rank);
     for incoming in queues {
         router.add(incoming);
     }
     let supervisor = Supervisor { recipes, lanes: links };
     let layout = Arc::new(layout);
+    let desk = Desk::new(&model, &layout, settings, &regions);
+    let tables = model.tables.iter().map(|table| {
+        let ids: Vec<_> = table.tags.iter().map(|what| layout.ids[what]).collect();
+        Table::new(&table.name, &ids, &layout.tags, view(&layout, &regions, &ids), table.every)
+    });
+    let tables = tables.collect();
     Ok(Plant {
+        tables,
+        beats: Beats::default(),
         model,
         layout,
         lanes,
@@ -309,6 +326,8 @@ pub fn assemble(model: Model, engine: &Engine, options: &Options<'_>) -> Result<
         sim,
         supervisor,
         router,
+        annunciator,
+        desk,
         trace,
         regions,
         forces,

@@ -8,12 +8,14 @@
 //! An error does not end the check. What depends on something broken is passed over in silence, so that one mistake is
 //! one message.
 
+mod alarms;
 mod blocks;
 mod components;
 mod drivers;
 mod interrupts;
 mod lanes;
 mod notes;
+mod supervision;
 mod tags;
 mod values;
 mod wires;
@@ -141,6 +143,7 @@ fn build(
     notes::circles(checker, &blocks, &drafts, &drivers);
     notes::limits(checker, &drafts);
     let watchdog = lanes::watchdog(checker, file, &lanes);
+    let (alarm_rules, variables) = alarms::rules(checker, file, &tags);
     let mut model = Model {
         name: file.plant.text("name").unwrap_or_default().to_owned(),
         lanes: lanes.into_iter().map(|l| l.lane).collect(),
@@ -149,6 +152,10 @@ fn build(
         sim: options.sim,
         watchdog,
         policy: file.policy.clone(),
+        alarm_rules,
+        variables,
+        tables: supervision::tables(checker, file, &tags),
+        heartbeat: supervision::heartbeat(file),
     };
     // Only in a model whose indices are all right is the order of blocks that of the file.
     if !checker.findings.iter().any(|f| f.severity == Severity::Error) {

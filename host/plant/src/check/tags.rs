@@ -95,6 +95,19 @@ impl Tags {
         self.known.get(name)
     }
 
+    /// All tags.
+    pub(super) fn all(&self) -> impl Iterator<Item = (&str, TagRef)> {
+        self.known.iter().map(|(name, t)| (name.as_str(), t.tag))
+    }
+
+    /// All bools with their names: alarms by block and bit, then commands, then the others by name.
+    pub(super) fn bools(&self) -> Vec<(&str, TagRef)> {
+        let bools = self.known.iter().filter(|(_, t)| t.ty == Type::Bool);
+        let mut list: Vec<_> = bools.map(|(name, t)| (name.as_str(), t.tag)).collect();
+        list.sort_unstable_by_key(|(name, tag)| (order(*tag), *name));
+        list
+    }
+
     /// A tag by its name, or a finding; silent where its owner is broken.
     pub(super) fn find(&self, checker: &mut Checker, name: &str, span: &Span) -> Option<&Tag> {
         if let Some(tag) = self.known.get(name) {
@@ -142,5 +155,14 @@ impl Tags {
             prefix = shorter;
         }
         Some("`latchwork tags PLANT` lists every tag of a plant without errors".into())
+    }
+}
+
+/// Alarms, then commands, by block and bit; then everything else, which has its names.
+fn order(tag: TagRef) -> (u8, usize, u8) {
+    match tag {
+        TagRef::Alarm { block, bit } => (0, block, bit),
+        TagRef::Command { block, bit } => (1, block, bit),
+        _ => (2, 0, 0),
     }
 }

@@ -1,5 +1,6 @@
 //! The plant file as it stands: its tables read and their keys checked, names not yet resolved.
 
+mod alarms;
 mod assignments;
 mod blocks;
 mod drivers;
@@ -92,6 +93,19 @@ pub(crate) struct BlockEntry {
     pub(crate) sim: bool,
 }
 
+/// `[[alarm]]`
+pub(crate) struct AlarmEntry {
+    pub(crate) values: Values,
+    /// Line of the file, from 1.
+    pub(crate) line: usize,
+}
+
+/// `[table.NAME]`
+pub(crate) struct TableEntry {
+    pub(crate) name: String,
+    pub(crate) values: Values,
+}
+
 /// The whole file.
 #[derive(Default)]
 pub(crate) struct PlantFile {
@@ -104,6 +118,9 @@ pub(crate) struct PlantFile {
     pub(crate) feeds: Vec<Assignment>,
     pub(crate) scan_times: Vec<ScanTimeEntry>,
     pub(crate) policy: Policy,
+    pub(crate) alarms: Vec<AlarmEntry>,
+    pub(crate) tables: Vec<TableEntry>,
+    pub(crate) heartbeat: Option<Values>,
     /// Lanes that are there but were refused: a block that names one is no further error.
     pub(crate) refused_lanes: Vec<String>,
     /// Tables of the file that could not be read, by the name they were meant to have: what would stand in them is
@@ -132,6 +149,16 @@ pub(crate) fn read(checker: &mut Checker, root: &DeTable<'_>, text: &str) -> Pla
             ("block", DeValue::Table(t)) => blocks(checker, t, "", false, &mut file),
             ("sim", DeValue::Table(t)) => sim(checker, t, &mut file),
             ("policy", DeValue::Table(t)) => file.policy = policy::policy(checker, t, entry.key_span),
+            ("table", DeValue::Table(t)) => tables(checker, t, &mut file),
+            ("heartbeat", DeValue::Table(t)) => {
+                checker.whose.clear();
+                file.heartbeat = Some(checker.table(&[&sections::HEARTBEAT], t, entry.key_span));
+            }
+            ("alarm", DeValue::Array(list)) => alarms::alarms(checker, list, text, &mut file),
+            ("alarm", value) => {
+                let message = format!("`alarm` is {}; expected tables [[alarm]]", found(value));
+                checker.add(Finding::error(&entry.span, message).help("double brackets: there may be several"));
+            }
             (name, value) if sections::TABLES.contains(&name) => {
                 file.unread.extend(sections::TABLES.iter().find(|t| **t == name));
                 let message = format!("`{name}` is {}; expected tables such as [{name}.NAME]", found(value));
@@ -206,6 +233,16 @@ fn lanes(checker: &mut Checker, tables: &DeTable<'_>, file: &mut PlantFile) {
         let skip: &[&str] = if interrupt { &["every"] } else { &[] };
         let values = checker.table_but(&[section], t, entry.key_span.clone(), skip);
         file.lanes.push(LaneEntry { name: entry.name.into(), key: entry.key_span, values, interrupt });
+    }
+}
+
+fn tables(checker: &mut Checker, tables: &DeTable<'_>, file: &mut PlantFile) {
+    for entry in entries(tables) {
+        let Some(t) = table(checker, &entry, &format!("table `{}`", entry.name)) else { continue };
+        name_is_sound(checker, entry.name, &entry.key_span, false);
+        checker.whose = format!("[table.{}]", entry.name);
+        let values = checker.table(&[&sections::TABLE], t, entry.key_span);
+        file.tables.push(TableEntry { name: entry.name.into(), values });
     }
 }
 

@@ -229,6 +229,103 @@ pub(crate) static POLICY: Section = Section {
     ],
 };
 const WHOM: Kind = Kind::List(&Kind::Text);
+/// `[[alarm]]`
+pub(crate) static ALARM: Section = Section {
+    name: "[[alarm]]",
+    doc: "A rule for alarms and commands. Rules are tried in the order of the file on the full name of each variable, the first \
+          that matches counts; a rule with a command's code is for commands, any other for alarms.",
+    keys: &[
+        Key::required(
+            "match",
+            Kind::Text,
+            "Regular expression for the whole name, as in \".*\\.alarms\\.miss-.*\". The plain name of any other bool tag \
+             makes that tag an alarm, too.",
+        ),
+        Key::required(
+            "code",
+            Kind::Integer { min: 0, max: 0xFFFF },
+            "What it is: 0xC000 alarm that resets itself, 0xC800 must be reset, 0xC400 must be acknowledged, 0xCC00 both; \
+             0xA000 warning; 0xB000 message; 0x9000 toggle, 0x9080 one-shot, 0xA080 retained command.",
+        ),
+        Key::optional(
+            "priority",
+            Kind::Either(&Kind::Integer { min: 0, max: 255 }, &Kind::OneOf(PRIORITIES)),
+            "by kind: 128, 96, 32",
+            "Priority of the records, 0 to 255; \"low\" is 64, \"medium\" 128, \"high\" 192, \"urgent\" 240. Without it \
+             alarms have 128, warnings 96, messages 32.",
+        ),
+        Key::optional(
+            "text",
+            Kind::Text,
+            "",
+            "Sentence for operators: what it means, what to do. `$1` or `${NAME}` is what the regular expression caught.",
+        ),
+        Key::optional(
+            "on-delay",
+            Kind::Duration { min: 0, max: 24 * 3600 * SECOND },
+            "\"0ms\"",
+            "How long the condition must stand before the alarm is raised.",
+        ),
+        Key::optional(
+            "off-delay",
+            Kind::Duration { min: 0, max: 24 * 3600 * SECOND },
+            "\"0ms\"",
+            "How long the condition must be away before the alarm returns to normal.",
+        ),
+        Key::optional(
+            "group",
+            Kind::Text,
+            "",
+            "Group in which the alarm that came first is marked. `$1` as in `text`: one rule may make a group per zone.",
+        ),
+        Key::optional(
+            "suppress-when",
+            Kind::Either(&Kind::Tag, &Kind::Table(&WIRE)),
+            "",
+            "A bool tag: while it is true the alarm means nothing (a pump that is switched off has no flow) and is not \
+             raised. `{ tag = \"…\", not = true }` inverts it.",
+        ),
+    ],
+};
+
+/// `[table.NAME]`
+pub(crate) static TABLE: Section = Section {
+    name: "[table.NAME]",
+    doc: "A status table: the full state of a group of tags, as one record of kind `event` whenever one of them has changed.",
+    keys: &[
+        Key::required("tags", Kind::List(&Kind::Text), "Tags, or globs of tags, as in \"zone-b.*.outputs.*\"."),
+        Key::optional(
+            "every",
+            Kind::Duration { min: 10 * MS, max: 3600 * SECOND },
+            "\"100ms\"",
+            "Shortest time between two records of the table; what changes in between is in the next one.",
+        ),
+    ],
+};
+
+/// `[heartbeat]`
+pub(crate) static HEARTBEAT: Section = Section {
+    name: "[heartbeat]",
+    doc: "Signs of life to and from the supervision, as records of kind `heartbeat`.",
+    keys: &[
+        Key::optional(
+            "send",
+            Kind::Duration { min: 100 * MS, max: 3600 * SECOND },
+            "",
+            "Period of the plant's own sign of life, a record `beat` with its number. Without it there is none.",
+        ),
+        Key::optional(
+            "expect",
+            Kind::Duration { min: 100 * MS, max: 24 * 3600 * SECOND },
+            "",
+            "Longest time between two signs of life of the supervision (`latchwork heartbeat`, `POST /v1/heartbeat`). \
+             Without one for so long a record says `lost`, and `back` when they come again. Without the key none are expected.",
+        ),
+    ],
+};
+
+/// Words for priorities.
+pub(crate) static PRIORITIES: &[&str] = &["low", "medium", "high", "urgent"];
 
 /// `[sim]`
 pub(crate) static SIM_KEYS: &[&str] = &["block", "feed", "scan-time"];
@@ -238,7 +335,8 @@ pub(crate) static SCAN_TIME: Kind = Kind::Either(&SCAN_SPAN, &Kind::List(&SCAN_S
 static SCAN_SPAN: Kind = Kind::Duration { min: 0, max: 3600 * SECOND };
 
 /// Tables of the file.
-pub(crate) static TABLES: &[&str] = &["plant", "lane", "driver", "block", "sim", "policy"];
+pub(crate) static TABLES: &[&str] =
+    &["plant", "lane", "driver", "block", "sim", "alarm", "table", "heartbeat", "policy"];
 
 /// Tables the contract has and this version has not.
-pub(crate) static LATER_TABLES: &[&str] = &["alarm", "sink", "journal"];
+pub(crate) static LATER_TABLES: &[&str] = &["sink", "journal"];

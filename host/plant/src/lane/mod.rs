@@ -7,6 +7,7 @@
 
 mod alarm;
 mod block;
+mod condition;
 mod fault;
 mod follow;
 mod interrupt;
@@ -17,12 +18,13 @@ mod status;
 mod trace;
 
 pub use block::{Block, BlockState, Rest};
+pub use condition::Condition;
 pub use fault::{BACK_OFF, STRIKES};
 pub use follow::{EdgeKind, Event, Feed, Follower, Sender, Simulated, Wake};
 pub use interrupt::{
     Arrival, Arrivals, Cause, DirectInput, DirectNames, DirectOutput, DirectPart, EdgeInput, FOLLOW, Interrupt, Watched,
 };
-pub use request::{Mode, Reply, Request, RestartRequest};
+pub use request::{Configured, Mode, Reply, Request, RestartRequest};
 pub use statistics::Statistics;
 pub use status::Register;
 pub use trace::{Change, Tracer, Watch};
@@ -103,6 +105,10 @@ pub struct LaneParts {
     pub requests: rtrb::Consumer<Request>,
     /// Blocks to be restarted.
     pub restarts: rtrb::Producer<RestartRequest>,
+    /// What blocks said to new settings.
+    pub configured: rtrb::Producer<Configured>,
+    /// Bool tags that alarms hang on.
+    pub conditions: Vec<Condition>,
     /// Traced tags.
     pub tracer: Tracer,
     /// Interrupt lanes that hear of the end of its scans.
@@ -187,6 +193,20 @@ impl Lane {
         self.parts.oldest.store(time, Ordering::Release);
     }
 
+    /// Before the first scan: the bits of a block's alarms that were told last, in an earlier run.
+    pub(crate) fn expect_alarms(&mut self, block: usize, mask: u64) {
+        if let Some((_, previous)) = &mut self.parts.blocks[block].alarms {
+            *previous |= mask;
+        }
+    }
+
+    /// Before the first scan: what was told last of a watched tag, in an earlier run.
+    pub(crate) fn expect_condition(&mut self, source: SourceId, on: Option<bool>) {
+        for condition in self.parts.conditions.iter_mut().filter(|c| c.source == source) {
+            condition.previous = on;
+        }
+    }
+
     /// Makes a record about the lane itself; not from within a scan.
     pub fn note(&mut self, now: u64, transition: &'static str, text: std::fmt::Arguments<'_>) {
         let entry = Entry::new(now, Kind::Lane, self.parts.source, transition).priority(100).text(text);
@@ -259,6 +279,7 @@ impl Lane {
         self.parts.cells[STATE as usize] = self.state as u64;
         self.statistics.write(&mut self.parts.cells);
         self.parts.tracer.scan(stamp, &self.parts.cells);
+        self.parts.watch_conditions(stamp);
         self.parts.recorder.settle(stamp);
         self.parts.region.publish(&self.parts.cells, stamp);
         for follower in &mut self.parts.followers {

@@ -29,6 +29,25 @@ pub enum Request {
     },
     /// The supervisor's answer to a restart request.
     Restarted(Reply),
+    /// New settings for a block, all of them.
+    Configure {
+        /// Index of the block in the lane.
+        block: u32,
+        /// Number of the request, for the answer.
+        number: u64,
+        /// Cells of the settings; they come back, so that nothing is freed here.
+        cells: Box<[u64]>,
+    },
+}
+
+/// What a block says to new settings.
+pub struct Configured {
+    /// Number of the request.
+    pub number: u64,
+    /// The settings.
+    pub cells: Box<[u64]>,
+    /// Why it does not take them.
+    pub result: Result<(), Text>,
 }
 
 /// A new instance for a block that faulted, or why there is none.
@@ -55,6 +74,11 @@ impl Lane {
             match self.parts.requests.pop() {
                 Ok(Request::Command { block, bit, mode }) => self.command(block, bit, mode),
                 Ok(Request::Restarted(reply)) => self.restarted(reply, now),
+                Ok(Request::Configure { block, number, cells }) => {
+                    let result = self.configure(block as usize, &cells, now);
+                    // There is room for as many answers as requests may wait.
+                    let _ = self.parts.configured.push(Configured { number, cells, result });
+                }
                 Err(_) => break,
             }
         }
@@ -98,6 +122,23 @@ impl Lane {
             }
             !seen
         });
+    }
+
+    /// Between two executions, in the time of this scan: that is when a block may take settings.
+    #[cold]
+    fn configure(&mut self, index: usize, cells: &[u64], now: u64) -> Result<(), Text> {
+        let block = self.parts.blocks.get_mut(index);
+        let Some(instance) = block.and_then(|b| b.instance.as_mut()) else {
+            return Err(Text::new("the block is out of order; try again when it runs"));
+        };
+        match instance.configure(cells) {
+            Ok(Ok(())) => Ok(()),
+            Ok(Err(sentence)) => Err(Text::new(&sentence)),
+            Err(fault) => {
+                self.block_fault(index, now, &fault);
+                Err(Text::format(format_args!("it failed: {}", fault.message)))
+            }
+        }
     }
 
     fn restarted(&mut self, reply: Reply, now: u64) {

@@ -1,7 +1,7 @@
 //! The way from whoever brings wishes to the plant's own thread.
 
 use super::{Answer, Operation, Operator, Refused};
-use std::sync::mpsc::{Receiver, Sender, SyncSender, channel, sync_channel, TrySendError};
+use std::sync::mpsc::{Receiver, Sender, SyncSender, TrySendError, channel, sync_channel};
 use std::time::Duration;
 
 /// Wishes that may wait at once.
@@ -15,13 +15,20 @@ pub struct Pending {
     pub operation: Operation,
     /// Why the policy forbids it: the plant refuses it then, and records that.
     pub forbidden: Option<String>,
-    pub(super) answer: Sender<Result<Answer, Refused>>,
+    pub(super) answer: Option<Sender<Result<Answer, Refused>>>,
 }
 
 impl Pending {
+    /// A wish of somebody who waits for no answer: a stimulus.
+    pub(crate) fn unanswered(operator: Operator, operation: Operation) -> Self {
+        Self { operator, operation, forbidden: None, answer: None }
+    }
+
     /// Answers; whoever asked may be gone.
     pub fn answer(self, answer: Result<Answer, Refused>) {
-        let _ = self.answer.send(answer);
+        if let Some(to) = self.answer {
+            let _ = to.send(answer);
+        }
     }
 }
 
@@ -55,9 +62,11 @@ impl Console {
         limit: Duration,
     ) -> Result<Answer, Refused> {
         let (answer, told) = channel();
-        self.sender.try_send(Pending { operator, operation, forbidden, answer }).map_err(|error| match error {
-            TrySendError::Full(_) => Refused::new("busy", "too many wishes wait for the plant; try again"),
-            TrySendError::Disconnected(_) => Refused::new("gone", "the plant has ended"),
+        self.sender.try_send(Pending { operator, operation, forbidden, answer: Some(answer) }).map_err(|error| {
+            match error {
+                TrySendError::Full(_) => Refused::new("busy", "too many wishes wait for the plant; try again"),
+                TrySendError::Disconnected(_) => Refused::new("gone", "the plant has ended"),
+            }
         })?;
         told.recv_timeout(limit)
             .unwrap_or_else(|_| Err(Refused::new("gone", "the plant has not answered; it may have ended")))

@@ -4,11 +4,20 @@
 //! answers once it is done. Everything that changes something becomes a record with the operator's name, refused or not.
 
 mod answer;
+mod commands;
 mod console;
+mod desk;
+mod forces;
 mod policy;
+mod restore;
+mod serve;
+mod settings;
+mod status;
+mod tags;
 
 pub use answer::{AlarmRow, Answer, ForceRow, Refused, TagRow};
 pub use console::{Console, Pending, Wishes, console};
+pub use desk::{Desk, Wish};
 pub use policy::{Policy, Whom, WhomError};
 
 /// Who wants something.

@@ -1,6 +1,7 @@
 //! Running a plant: by the machine's clock on threads of its own, or at virtual time in one.
 
 mod clock;
+mod drain;
 mod machine;
 mod real_time;
 mod stimulus;
@@ -16,7 +17,7 @@ pub use virtual_time::run_virtual;
 use crate::lane::{BlockState, Change, Lane, LaneState, Statistics};
 use crate::model::Model;
 use crate::sim::Stimulus;
-use latchwork_record::Record;
+use latchwork_record::{Kept, Record};
 
 /// When a run ends by itself, and what moves its sim points.
 #[derive(Clone, Debug, Default)]
@@ -40,8 +41,8 @@ pub enum Control {
 
 /// Who watches a run. Called off the lanes.
 pub trait Observer {
-    /// A record, in order.
-    fn record(&mut self, record: &Record);
+    /// A record, in order, with what is to outlive the run together with it.
+    fn record(&mut self, record: &Record, kept: &[Kept]);
     /// A row of the trace.
     fn change(&mut self, change: &Change);
     /// Now and then: at least once per scan at virtual time, every few milliseconds otherwise.

@@ -5,11 +5,12 @@ use super::watchdog::Watchdog;
 use super::{Clock, Control, Observer, Outcome, RunOptions};
 use crate::assemble::{DriverParts, Plant};
 use crate::lane::{Lane, LaneState, Wake};
+use crate::operate::Wish;
 use latchwork_block::Ticker;
 use latchwork_image::Quality;
 use latchwork_io::IoThread;
 use latchwork_io::driver::{DriverContext, IoEvent};
-use latchwork_record::{Entry, Kind, Recorder, SourceId};
+use latchwork_record::{Draft, Entry, Kind, Recorder, SourceId};
 use std::collections::HashMap;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
@@ -112,14 +113,14 @@ pub fn run_real(
             Ok(thread) => threads.lanes.push((index, thread)),
             Err(error) => {
                 failed = true;
-                plant.router.note(
+                let mut draft = Draft::new(
                     clock.now(),
                     Kind::Lane,
-                    &crate::layout::lane_source(&plant.model.lanes[index]),
+                    crate::layout::lane_source(&plant.model.lanes[index]),
                     "faulted",
-                    format!("the lane got no thread: {error}; the plant stops"),
-                    |record| observer.record(record),
                 );
+                (draft.priority, draft.text) = (255, format!("the lane got no thread: {error}; the plant stops"));
+                plant.router.insert(clock.now(), Wish::Record(Box::new(draft), Vec::new()));
             }
         }
     }
@@ -128,11 +129,12 @@ pub fn run_real(
     loop {
         let now = clock.now();
         while let Some(next) = stimulus.next_if(|s| s.time <= now) {
-            plant.stimulate(next.action, next.time);
+            plant.stimulate(&next.action, next.time);
         }
+        plant.serve(now);
         plant.sim.publish(now);
         plant.supervisor.pump();
-        plant.drain(now.saturating_sub(SETTLE).min(threads.oldest(&plant.oldest)), observer);
+        plant.drain(now.saturating_sub(SETTLE).min(threads.oldest(&plant.oldest)), now, observer);
         let over = options.duration.is_some_and(|d| now >= d)
             || (options.scans.is_some() && threads.finished(counted))
             || threads.lanes.iter().all(|(_, t)| t.is_finished())
@@ -157,7 +159,9 @@ pub fn run_real(
         let _ = watchdog.disarm();
     }
     drop(machine);
-    plant.drain(u64::MAX, observer);
+    let end = clock.now();
+    plant.serve(end);
+    plant.drain(u64::MAX, end, observer);
     let mut outcome = Outcome::new(&plant.model, &mut lanes, clock.now(), plant.router.last_seq());
     // A lane whose thread panicked or never was there left no figures; it still counts.
     for config in &plant.model.lanes {

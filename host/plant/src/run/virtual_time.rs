@@ -101,11 +101,12 @@ pub fn run_virtual(mut plant: Plant, options: &RunOptions, stop: &AtomicBool, ob
         }
         now = now.max(time);
         if let Some(row) = stimulus.next_if(|_| row.is_some()) {
-            plant.stimulate(row.action, now);
+            plant.stimulate(&row.action, now);
             plant.settle(&progress, now);
             continue;
         }
         let Some((_, step, index)) = next else { break };
+        plant.serve(now);
         plant.sim.publish(now);
         plant.step(&mut progress[index], index, step, now);
         plant.settle(&progress, now);
@@ -115,7 +116,7 @@ pub fn run_virtual(mut plant: Plant, options: &RunOptions, stop: &AtomicBool, ob
         let waiting = plant.lanes.iter().filter(running).filter_map(|l| l.arrivals()?.oldest());
         let scanning = progress.iter().filter_map(|p| p.busy.map(|busy| busy.stamp));
         let settled = waiting.chain(scanning).min().map_or(now, |oldest| oldest.min(now));
-        plant.drain(settled, observer);
+        plant.drain(settled, now, observer);
         if observer.tick(now) == Control::Stop || stop.load(Ordering::Relaxed) {
             break;
         }
@@ -123,7 +124,8 @@ pub fn run_virtual(mut plant: Plant, options: &RunOptions, stop: &AtomicBool, ob
     for lane in &mut plant.lanes {
         lane.stop(now);
     }
-    plant.drain(u64::MAX, observer);
+    plant.serve(now);
+    plant.drain(u64::MAX, now, observer);
     Outcome::new(&plant.model, &mut plant.lanes, now, plant.router.last_seq())
 }
 
@@ -171,15 +173,5 @@ impl Plant {
                 progress.end(lane, config, of_grid, now);
             }
         }
-    }
-
-    /// Passes on the trace rows there are and the records older than `before`.
-    pub(super) fn drain(&mut self, before: u64, observer: &mut dyn Observer) {
-        for changes in &mut self.trace {
-            while let Ok(change) = changes.pop() {
-                observer.change(&change);
-            }
-        }
-        self.router.release(before, |record| observer.record(record));
     }
 }

@@ -26,7 +26,7 @@ pub(crate) struct Told {
 }
 
 impl Observer for Told {
-    fn record(&mut self, record: &Record) {
+    fn record(&mut self, record: &Record, _: &[latchwork_record::Kept]) {
         match record.kind {
             Kind::Lost => self.lost.push(format!("{} {} {}", record.source, record.transition, record.current)),
             Kind::Lane | Kind::Fault if !["started", "stopped"].contains(&&*record.transition) => {

@@ -55,7 +55,7 @@ struct Passed {
 }
 
 impl Observer for Passed {
-    fn record(&mut self, record: &Record) {
+    fn record(&mut self, record: &Record, _: &[latchwork_record::Kept]) {
         self.records.push((self.now, record.clone()));
     }
 

@@ -188,7 +188,7 @@ struct Stuck<'a> {
 }
 
 impl Observer for Stuck<'_> {
-    fn record(&mut self, _: &Record) {}
+    fn record(&mut self, _: &Record, _: &[latchwork_record::Kept]) {}
     fn change(&mut self, _: &Change) {}
     fn tick(&mut self, _: u64) -> Control {
         if self.field.shown.load(Ordering::SeqCst) != 0 {

@@ -25,7 +25,7 @@ fn alone() -> MutexGuard<'static, ()> {
 struct Log(Vec<Record>);
 
 impl Observer for Log {
-    fn record(&mut self, record: &Record) {
+    fn record(&mut self, record: &Record, _: &[latchwork_record::Kept]) {
         self.0.push(record.clone());
     }
     fn change(&mut self, _: &Change) {}

@@ -2,6 +2,12 @@
 //!
 //! It is made by [`crate::check`] and only from a file without errors; assembly and lanes trust it.
 
+mod alarms;
+mod supervision;
+
+pub use alarms::{AlarmRule, Variable};
+pub use supervision::{Heartbeat, StatusTable};
+
 use crate::operate::Policy;
 use latchwork_block::{Class, Component};
 use latchwork_image::Type;
@@ -26,6 +32,14 @@ pub struct Model {
     pub watchdog: Option<(PathBuf, u64)>,
     /// Who may do what with it while it runs.
     pub policy: Policy,
+    /// Rules for alarms and commands, in the order of the file.
+    pub alarm_rules: Vec<AlarmRule>,
+    /// Alarm variables, then command variables, by block; then the other tags that rules name.
+    pub variables: Vec<Variable>,
+    /// Status tables, in the order of the file.
+    pub tables: Vec<StatusTable>,
+    /// Signs of life.
+    pub heartbeat: Heartbeat,
 }
 
 /// One lane.

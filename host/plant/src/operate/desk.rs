@@ -1,0 +1,78 @@
+//! What operators have under way, and where their own values stand.
+
+use super::{Operator, Pending, Wishes};
+use crate::alarms::AlarmWish;
+use crate::layout::Layout;
+use crate::model::{Model, TagRef};
+use latchwork_image::{RegionReader, RegionWriter, TagId};
+use latchwork_record::{Draft, Kept};
+use std::collections::{BTreeMap, HashMap};
+
+/// What waits in the router between the entries of the lanes.
+pub enum Wish {
+    /// A record, with what outlives the run together with it.
+    Record(Box<Draft>, Vec<Kept>),
+    /// Something that is to be done to alarms, when all that came before is known.
+    Alarms(Box<(Pending, AlarmWish)>),
+}
+
+/// Settings on their way to a block.
+pub(super) struct Configuring {
+    pub(super) number: u64,
+    pub(super) block: usize,
+    /// Ports that change.
+    pub(super) ports: Vec<usize>,
+    pub(super) operator: Operator,
+    /// Who waits; `None` once they were told that it takes longer.
+    pub(super) pending: Option<Pending>,
+    /// Plant time of the wish, ns.
+    pub(super) asked: u64,
+}
+
+/// The operators' side of a plant.
+pub struct Desk {
+    pub(super) wishes: Option<Wishes>,
+    /// Tags by their numbers.
+    pub(super) refs: HashMap<TagId, TagRef>,
+    /// Place of each block in its lane.
+    pub(super) places: Vec<u32>,
+    /// The operators' region and its cells: all settings.
+    pub(super) region: Option<RegionWriter>,
+    pub(super) cells: Vec<u64>,
+    /// Settings as the plant file has them.
+    pub(super) of_file: Vec<u64>,
+    /// Per block: staged settings by port.
+    pub(super) staged: BTreeMap<usize, BTreeMap<usize, u64>>,
+    pub(super) configuring: Vec<Configuring>,
+    pub(super) number: u64,
+    /// Commands that stand until they are taken back: block and bit.
+    pub(super) standing: BTreeMap<(usize, u8), bool>,
+}
+
+impl Desk {
+    /// An empty desk over the operators' region.
+    pub(crate) fn new(model: &Model, layout: &Layout, region: Option<RegionWriter>, regions: &[RegionReader]) -> Self {
+        let mut places = vec![0; model.blocks.len()];
+        for lane in &layout.lanes {
+            for (place, block) in lane.blocks.iter().enumerate() {
+                places[block.block] = place as u32;
+            }
+        }
+        let mut cells = vec![0; layout.operators.len()];
+        if let Some(reader) = regions.get(layout.operators_region() as usize) {
+            reader.copy_to(&mut cells);
+        }
+        Self {
+            wishes: None,
+            refs: layout.ids.iter().map(|(what, id)| (*id, *what)).collect(),
+            places,
+            region,
+            of_file: cells.clone(),
+            cells,
+            staged: BTreeMap::new(),
+            configuring: Vec::new(),
+            number: 0,
+            standing: BTreeMap::new(),
+        }
+    }
+}
