@@ -168,8 +168,9 @@ fn a_server_that_ends_leaves_no_socket() {
     let mut open = rig.connect();
     rig.server = None;
     assert!(!socket.exists());
-    let mut rest = Vec::new();
-    std::io::Read::read_to_end(&mut open, &mut rest).expect("it is closed");
+    // Closed, or cut before it was even accepted; but not left open.
+    let closed = std::io::Read::read_to_end(&mut open, &mut Vec::new());
+    assert!(closed.is_ok() || closed.is_err_and(|e| e.kind() == std::io::ErrorKind::ConnectionReset));
     let error = rig.client().get::<serde_json::Value>("/", &[]).expect_err("nobody listens");
     assert!(error.to_string().contains("no plant listens at"), "{error}");
 }
