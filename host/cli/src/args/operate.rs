@@ -62,7 +62,7 @@ fn assignment(text: &str) -> Result<Assignment, String> {
 
 /// `latchwork set`
 #[derive(ClapArgs, Debug)]
-#[group(id = "what", required = true, args = ["values", "write", "discard", "show"])]
+#[group(id = "what", required = true, multiple = false, args = ["values", "write", "discard", "show"])]
 pub(crate) struct Set {
     /// Settings with their new values, as in unit.settings.pulse=300ms; also input points of `sim` drivers.
     #[arg(value_name = "TAG=VALUE", value_parser = assignment)]
@@ -132,7 +132,7 @@ pub(crate) struct Alarms {
 
 /// `latchwork ack`
 #[derive(ClapArgs, Debug)]
-#[group(id = "which", required = true, args = ["alarms", "all"])]
+#[group(id = "which", required = true, multiple = false, args = ["alarms", "all"])]
 pub(crate) struct Acknowledge {
     /// Alarms, or globs in quotes.
     #[arg(value_name = "ALARM")]

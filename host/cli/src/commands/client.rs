@@ -132,6 +132,11 @@ pub(super) fn table<const N: usize>(header: [&str; N]) -> Table {
     table
 }
 
+/// A table without blanks at the ends of its lines.
+pub(super) fn lines(table: &Table) -> String {
+    table.lines().map(|l| l.trim_end().to_owned() + "\n").collect()
+}
+
 /// Text of others for a terminal: what would move the cursor or change the colour is shown as what it is.
 pub(super) fn plain(text: &str) -> String {
     let shown = |c: char| if c.is_control() { c.escape_default().to_string() } else { c.to_string() };

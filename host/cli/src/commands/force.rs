@@ -1,6 +1,6 @@
 //! `latchwork force`, `latchwork unforce`
 
-use super::client::{client, each, plain, say_done, say_json, shown, table, time};
+use super::client::{client, each, lines, plain, say_done, say_json, shown, table, time};
 use crate::Exit;
 use crate::args::operate::{Force, Reach, Unforce};
 use crate::report;
@@ -40,7 +40,7 @@ fn list(reach: &Reach) -> Result<Exit> {
     for row in rows {
         table.add_row([plain(&row.tag), shown(&row.value), plain(&row.user), time(row.since)]);
     }
-    report::say(&format!("{table}\n"));
+    report::say(&lines(&table));
     Ok(Exit::Fine)
 }
 

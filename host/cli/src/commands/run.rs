@@ -19,6 +19,12 @@ use std::sync::atomic::AtomicBool;
 use std::time::SystemTime;
 
 pub(super) fn execute(engine: &Engine, args: &Run) -> Result<Exit> {
+    if args.speed == Speed::Max && args.socket.is_some() {
+        eprintln!(
+            "error: --socket needs the machine's clock: at virtual time nobody could follow\n  help: leave --speed max or --socket out"
+        );
+        return Ok(Exit::Usage);
+    }
     let Some(model) = load(engine, &args.plant, args.sim) else { return Ok(Exit::Wanting) };
     let time = match args.speed {
         Speed::Real => Time::Real,
@@ -35,12 +41,6 @@ pub(super) fn execute(engine: &Engine, args: &Run) -> Result<Exit> {
     }
     if time == Time::Virtual && args.duration.is_none() && args.scans.is_none() {
         eprintln!("error: --speed max would never end\n  help: say how long with --for 10s or --scans 1000");
-        return Ok(Exit::Usage);
-    }
-    if time == Time::Virtual && args.socket.is_some() {
-        eprintln!(
-            "error: --socket needs the machine's clock: at virtual time nobody could follow\n  help: leave --speed max or --socket out"
-        );
         return Ok(Exit::Usage);
     }
     if let (Some(trace), Some(records)) = (&args.trace, &args.records)

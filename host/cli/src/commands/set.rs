@@ -1,6 +1,6 @@
 //! `latchwork set`
 
-use super::client::{client, say_done, say_json, shown, table, with_reason};
+use super::client::{client, lines, say_done, say_json, shown, table, with_reason};
 use crate::Exit;
 use crate::args::operate::{Reach, Set};
 use crate::report;
@@ -19,7 +19,8 @@ pub(super) fn execute(args: &Set) -> Result<Exit> {
     } else {
         let values: Map<_, _> = args.values.iter().map(|a| (a.tag.clone(), json!(a.value))).collect();
         let body = with_reason(json!({ "values": values, "write": !args.stage }), &args.change);
-        say_done(reach, client.post("/v1/settings", &body)?)?;
+        let answer = client.post("/v1/settings", &body).inspect_err(|_| stays_staged(&client))?;
+        say_done(reach, answer)?;
     }
     Ok(Exit::Fine)
 }
@@ -28,6 +29,16 @@ pub(super) fn execute(args: &Set) -> Result<Exit> {
 fn staged(args: &Set) -> Option<(&str, &'static str)> {
     let write = args.write.as_deref().map(|block| (block, "write"));
     write.or_else(|| args.discard.as_deref().map(|block| (block, "discard")))
+}
+
+/// What a block has refused is staged still, and would be tried again with the next value.
+fn stays_staged(client: &Client) {
+    let staged = client.get::<Value>("/v1/status", &[]).ok().and_then(|s| s["staged"].as_u64());
+    if staged.is_some_and(|n| n > 0) {
+        eprintln!(
+            "note: values are staged still: `latchwork set --show BLOCK` shows them, `latchwork set --discard BLOCK` forgets them"
+        );
+    }
 }
 
 fn show(client: &Client, reach: &Reach, block: &str) -> Result<()> {
@@ -39,7 +50,7 @@ fn show(client: &Client, reach: &Reach, block: &str) -> Result<()> {
                 let forced = if row["forced"] == true { "forced" } else { "" };
                 table.add_row([shown(&row["tag"]), shown(&row["value"]), shown(&row["quality"]), forced.into()]);
             }
-            report::say(&format!("{table}\n"));
+            report::say(&lines(&table));
             Ok(())
         }
         _ => say_json(&answer),

@@ -1,8 +1,8 @@
 //! `latchwork status`
 //!
-//! What the plant says of itself is shown as it is: single values as lines, lists of things as tables.
+//! What the plant says of itself is shown as it is, what it is called first: single values as lines, lists of things as tables.
 
-use super::client::{client, plain, say_json, shown};
+use super::client::{client, lines, plain, say_json, shown, time};
 use crate::Exit;
 use crate::args::operate::Status;
 use crate::report;
@@ -10,6 +10,30 @@ use anyhow::Result;
 use comfy_table::{Table, presets};
 use latchwork_image::format_duration;
 use serde_json::{Map, Value};
+
+/// What comes first, in this order; the rest comes as it comes.
+const ORDER: &[&str] = &[
+    "name",
+    "plant",
+    "sim",
+    "epoch-ns",
+    "time-ns",
+    "class",
+    "lane",
+    "kind",
+    "state",
+    "every-ns",
+    "scans",
+    "overruns",
+    "scan-time-ns",
+    "scan-time-max-ns",
+    "jitter-max-ns",
+    "faults",
+];
+
+fn place(name: &str) -> usize {
+    ORDER.iter().position(|n| *n == name).unwrap_or(ORDER.len())
+}
 
 pub(super) fn execute(args: &Status) -> Result<Exit> {
     let answer: Value = client(&args.reach)?.get("/v1/status", &[])?;
@@ -23,26 +47,28 @@ pub(super) fn execute(args: &Status) -> Result<Exit> {
 
 fn text(answer: &Value) -> String {
     let Some(fields) = answer.as_object() else { return format!("{}\n", shown(answer)) };
-    let mut lines = Table::new();
-    lines.load_style(presets::NOTHING);
+    let mut values = Table::new();
+    values.load_style(presets::NOTHING);
     let mut tables = String::new();
-    flat(fields, "", &mut lines, &mut tables);
-    format!("{}{tables}", trimmed(&lines))
+    flat(fields, "", &mut values, &mut tables);
+    format!("{}{tables}", lines(&values))
 }
 
 /// Values as lines, objects as lines with longer names, lists as tables below.
-fn flat(fields: &Map<String, Value>, prefix: &str, lines: &mut Table, tables: &mut String) {
+fn flat(fields: &Map<String, Value>, prefix: &str, values: &mut Table, tables: &mut String) {
+    let mut fields: Vec<_> = fields.iter().collect();
+    fields.sort_by_key(|(name, _)| place(name));
     for (name, value) in fields {
         let title = format!("{prefix}{}", plain(name));
         match value {
-            Value::Object(inner) => flat(inner, &format!("{title} "), lines, tables),
+            Value::Object(inner) => flat(inner, &format!("{title} "), values, tables),
             Value::Array(rows) if rows.iter().any(Value::is_object) => *tables += &format!("\n{title}\n{}", grid(rows)),
-            Value::Array(rows) if rows.is_empty() => drop(lines.add_row([title, "none".into()])),
+            Value::Array(rows) if rows.is_empty() => drop(values.add_row([title, "none".into()])),
             Value::Array(rows) => {
                 let list: Vec<_> = rows.iter().map(shown).collect();
-                lines.add_row([title, list.join(", ")]);
+                values.add_row([title, list.join(", ")]);
             }
-            value => drop(lines.add_row(named(&title, value))),
+            value => drop(values.add_row(named(&title, value))),
         }
     }
 }
@@ -55,8 +81,7 @@ fn grid(rows: &[Value]) -> String {
             names.push(name);
         }
     }
-    // What a thing is called comes first.
-    names.sort_by_key(|n| n.as_str() != "name");
+    names.sort_by_key(|n| place(n));
     let mut table = Table::new();
     table.load_style(presets::NOTHING);
     table.set_header(names.iter().map(|n| plain(n.strip_suffix("-ns").unwrap_or(n))));
@@ -64,19 +89,19 @@ fn grid(rows: &[Value]) -> String {
         let cell = |name: &&String| named(name, row.get(name.as_str()).unwrap_or(&Value::Null))[1].clone();
         table.add_row(names.iter().map(cell));
     }
-    trimmed(&table)
+    lines(&table)
 }
 
-/// A value with its name; one in nanoseconds is shown as a duration.
+/// A value with its name; nanoseconds are shown as a duration with the digits that matter.
 fn named(name: &str, value: &Value) -> [String; 2] {
     match (name.strip_suffix("-ns"), value.as_u64()) {
-        (Some(name), Some(ns)) => [name.into(), format_duration(if ns > 1_000_000 { ns / 1_000 * 1_000 } else { ns })],
+        (Some("epoch"), Some(ns)) => ["started (UTC)".into(), time(ns)],
+        (Some(name), Some(ns)) => {
+            let digits = [1_000_000_000, 1_000_000].into_iter().find(|unit| ns >= *unit).unwrap_or(1_000);
+            [name.into(), format_duration(ns / (digits / 1_000) * (digits / 1_000))]
+        }
         _ => [name.into(), shown(value)],
     }
-}
-
-fn trimmed(table: &Table) -> String {
-    table.lines().map(|l| l.trim_end().to_owned() + "\n").collect()
 }
 
 #[cfg(test)]

@@ -135,13 +135,14 @@ fn forces_commands_and_values_are_seen_at_once() {
 fn what_is_followed_ends_with_the_plant_and_says_so() {
     let mut plant = start("");
     let program = Path::new(env!("CARGO_BIN_EXE_latchwork"));
-    let mut followers: Vec<_> = [&["records", "--follow", "--json", "--source", "unit.commands.*"][..], &["watch", "field.level"]]
-        .iter()
-        .map(|args| {
-            let mut command = plant.command(program, args);
-            command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().expect("it starts")
-        })
-        .collect();
+    let mut followers: Vec<_> =
+        [&["records", "--follow", "--json", "--source", "unit.commands.*"][..], &["watch", "field.level"]]
+            .iter()
+            .map(|args| {
+                let mut command = plant.command(program, args);
+                command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().expect("it starts")
+            })
+            .collect();
     // Each has begun when its first line is there.
     let mut outputs: Vec<_> =
         followers.iter_mut().map(|f| BufReader::new(f.stdout.take().expect("its output"))).collect();

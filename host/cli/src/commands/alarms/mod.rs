@@ -1,6 +1,6 @@
 //! `latchwork alarms`: the list, and what operators do with what is on it.
 
-use super::client::{client, each, plain, say_json, table, time};
+use super::client::{client, each, lines, plain, say_json, table, time};
 use crate::Exit;
 use crate::args::operate::{Acknowledge, Alarms, Shelve, Which};
 use crate::report;
@@ -65,7 +65,7 @@ fn text(rows: &[Row], colours: bool) -> String {
     if colours {
         table.enforce_styling();
     }
-    let list = table.lines().map(|l| l.trim_end().to_owned() + "\n").collect::<String>();
+    let list = lines(&table);
     format!(
         "{list}newest record: {} (`latchwork ack --all --seen {0}` acknowledges what is listed here and no more)\n",
         newest(rows)
