@@ -5,7 +5,7 @@ use crate::operate::{Operation, Operator, Refused};
 use globset::{Glob, GlobMatcher};
 use latchwork_alarm::{Input, Refusal};
 use latchwork_image::nearest;
-use latchwork_record::{Draft, Kind};
+use latchwork_record::Draft;
 
 /// What an operator wants of alarms.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -40,62 +40,41 @@ impl AlarmWish {
         };
         Some(Self { names: names.clone(), seen, what })
     }
-
-    fn verb(&self) -> &'static str {
-        match self.what {
-            What::Acknowledge => "acknowledge",
-            What::Reset => "reset",
-            What::Shelve(_) => "shelve",
-            What::Unshelve => "unshelve",
-            What::OutOfService(true) => "out-of-service",
-            What::OutOfService(false) => "in-service",
-        }
-    }
 }
 
 impl Annunciator {
-    /// Does what an operator wants, at plant time `now`, ns; what was refused is told, too.
+    /// Does what an operator wants, at plant time `now`, ns. A glob means those of its alarms to which it can be done.
+    ///
+    /// # Errors
+    /// No such alarm; none to which it can be done, and why.
     pub(crate) fn operate(
         &mut self,
         wish: &AlarmWish,
         operator: &Operator,
         now: u64,
         told: &mut Vec<Told>,
-        refused: &mut Vec<Draft>,
     ) -> Result<Vec<String>, Refused> {
-        let chosen = self.chosen(&wish.names)?;
-        // A glob means those of its alarms to which it can be done; a name means that one.
-        let by_name = chosen.len() == 1 && self.alarms.name(chosen[0]) == wish.names;
-        let (mut done, mut why) = (Vec::new(), Vec::new());
-        for alarm in chosen {
+        let (mut done, mut refused) = (Vec::new(), Vec::new());
+        for alarm in self.chosen(&wish.names)? {
             let before = told.len();
+            let name = self.alarms.name(alarm).to_owned();
             match self.wish(alarm, wish, operator, now, told) {
-                Ok(()) => {
-                    // Not what only time has done.
-                    for told in told[before..].iter_mut().filter(|t| !t.draft.user.is_empty()) {
-                        remark(&mut told.draft, operator);
-                    }
-                    let state = self.alarms.get(alarm).state().name();
-                    done.push(format!("{}: {}, it is {state} now", self.alarms.name(alarm), wish.verb()));
-                }
-                Err(sentence) => {
-                    why.push((alarm, sentence));
-                }
+                Ok(()) => done.push(format!("{name} is {} now", self.alarms.get(alarm).state().name())),
+                Err(why) => refused.push(format!("`{name}`: {why}")),
+            }
+            // Not what only time has done.
+            for told in told[before..].iter_mut().filter(|t| !t.draft.user.is_empty()) {
+                remark(&mut told.draft, operator);
             }
         }
-        if by_name || done.is_empty() {
-            for (alarm, sentence) in &why {
-                if by_name {
-                    refused.push(self.refusal(*alarm, wish, operator, now, sentence));
-                }
+        match refused.first() {
+            Some(first) if done.is_empty() => {
+                let more = refused.len() - 1;
+                let others = if more > 0 { format!(" (and {more} others)") } else { String::new() };
+                Err(Refused::new("state", format!("{first}{others}")))
             }
-            if let Some((alarm, sentence)) = why.first() {
-                let more = if why.len() > 1 { format!(" (and {} others)", why.len() - 1) } else { String::new() };
-                let message = format!("`{}`: {sentence}{more}", self.alarms.name(*alarm));
-                return Err(Refused::new("state", message));
-            }
+            _ => Ok(done),
         }
-        Ok(done)
     }
 
     fn wish(
@@ -124,16 +103,6 @@ impl Annunciator {
             What::OutOfService(out) => Input::OutOfService(out),
         };
         self.step(alarm, input, now, &operator.user, told).map_err(|refusal: Refusal| refusal.to_string())
-    }
-
-    /// The record of a wish that was refused.
-    fn refusal(&self, alarm: usize, wish: &AlarmWish, operator: &Operator, now: u64, why: &str) -> Draft {
-        let mut draft = Draft::new(now, Kind::Command, self.alarms.name(alarm), "refused");
-        draft.user.clone_from(&operator.user);
-        draft.priority = 32;
-        draft.text = format!("{}: {why}", wish.verb());
-        remark(&mut draft, operator);
-        draft
     }
 
     fn chosen(&self, names: &str) -> Result<Vec<usize>, Refused> {

@@ -48,7 +48,7 @@ impl Plant {
 
     fn wish(&mut self, pending: Pending, now: u64) {
         if let Some(why) = pending.forbidden.clone() {
-            let mut draft = self.refusal(&pending, now, &why);
+            let mut draft = pending.refusal(now, &why);
             draft.priority = FORBIDDEN;
             self.tell(draft, Vec::new());
             return pending.answer(Err(Refused::new("forbidden", why)));
@@ -82,7 +82,7 @@ impl Plant {
             _ => Err(Refused::new("unknown", "this plant does not know the operation")),
         };
         if let (Err(refused), false) = (&result, pending.operation.only_looks()) {
-            let draft = self.refusal(&pending, now, &refused.message);
+            let draft = pending.refusal(now, &refused.message);
             self.tell(draft, Vec::new());
         }
         pending.answer(result);
@@ -101,14 +101,17 @@ impl Plant {
         remark(&mut draft, operator);
         draft
     }
+}
 
-    fn refusal(&self, pending: &Pending, now: u64, why: &str) -> Draft {
-        let (kind, source) = pending.operation.about();
+impl Pending {
+    /// The record of a wish that does not come true, at plant time `now`, ns.
+    pub(crate) fn refusal(&self, now: u64, why: &str) -> Draft {
+        let (kind, source) = self.operation.about();
         let mut draft = Draft::new(now, kind, source, "refused");
-        draft.user.clone_from(&pending.operator.user);
+        draft.user.clone_from(&self.operator.user);
         draft.priority = PRIORITY;
-        draft.text = format!("{}: {why}", pending.operation.name());
-        remark(&mut draft, &pending.operator);
+        draft.text = format!("{}: {why}", self.operation.name());
+        remark(&mut draft, &self.operator);
         draft
     }
 }

@@ -56,10 +56,11 @@ impl Plant {
     }
 
     fn alarm_wish(&mut self, (pending, wish): (Pending, AlarmWish), time: u64, observer: &mut dyn Observer) {
-        let (mut told, mut refused) = (Vec::new(), Vec::new());
-        let result = self.annunciator.operate(&wish, &pending.operator, time, &mut told, &mut refused);
+        let mut told = Vec::new();
+        let result = self.annunciator.operate(&wish, &pending.operator, time, &mut told);
         self.announce(told, observer);
-        for draft in refused {
+        if let Err(refused) = &result {
+            let draft = pending.refusal(time, &refused.message);
             self.number(draft, &[], observer);
         }
         pending.answer(result.map(|done| Answer::Done { done }));

@@ -26,8 +26,16 @@ fn what_is_refused_is_on_record_with_its_reason() {
     let refused: Vec<_> = ran.records.iter().filter(|r| r.transition == "refused").collect();
     assert_eq!(refused.len(), 2, "{refused:?}");
     assert!(refused.iter().all(|r| r.kind == Kind::Command && r.source == "a.alarms.alarm" && r.user == "stimulus"));
-    assert!(refused[0].text.starts_with("reset: the condition is still there"), "{}", refused[0].text);
-    assert!(refused[1].text.starts_with("acknowledge: there is nothing to acknowledge"), "{}", refused[1].text);
+    assert!(
+        refused[0].text.starts_with("reset: `a.alarms.alarm`: the condition is still there"),
+        "{}",
+        refused[0].text
+    );
+    assert!(
+        refused[1].text.starts_with("acknowledge: `a.alarms.alarm`: there is nothing to acknowledge"),
+        "{}",
+        refused[1].text
+    );
 }
 
 #[test]

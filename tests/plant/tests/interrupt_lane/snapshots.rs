@@ -34,7 +34,7 @@ fn a_scan_sees_one_snapshot_of_the_interrupt_lane() {
                 }
                 // Far enough apart that nobody takes it for a storm.
                 let now = n * 10_000;
-                plant.stimulate(stimulus[(n % 2) as usize].action, now);
+                plant.stimulate(&stimulus[(n % 2) as usize].action, now);
                 trip.collect();
                 while let Some(arrival) = trip.next_arrival(u64::MAX) {
                     trip.activate(arrival, now, || now);
