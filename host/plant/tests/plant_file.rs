@@ -290,6 +290,11 @@ fn a_policy_names_users_groups_numbers_or_everyone() {
     assert_eq!(said, "", "that this machine may not know them belongs to the start");
     let given: Vec<_> = model.policy.given("set").map(ToString::to_string).collect();
     assert_eq!(given, ["user:alice", "group:night-shift", "uid:1000"]);
+    let page = include_str!("../../../docs/operators.md");
+    let start = page.find("```toml\n[policy]").expect("the page's example") + "```toml\n".len();
+    let example = &page[start..start + page[start..].find("```").expect("its end")];
+    let checked = check(&format!("{HEAD}{block}{example}"), false);
+    assert!(checked.model.is_some(), "docs/operators.md: {}", checked.render(false));
     let case = |policy: &str| format!("{HEAD}{block}[policy]\n{policy}\n");
     golden(
         "policy",
