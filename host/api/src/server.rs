@@ -10,10 +10,14 @@ use std::path::PathBuf;
 use std::sync::Arc;
 use std::thread::JoinHandle;
 use std::time::Duration;
-use tokio::sync::oneshot;
+use tokio::sync::{Semaphore, oneshot};
 
 /// Threads that wait for the plant or read the journal at once. What finds none free waits its turn.
 const BLOCKING: usize = 16;
+/// Those of them that read the journal at once: whoever looks through all of it does not keep others from the plant.
+const READING: usize = 2;
+/// Niceness of all that is done here: lanes without real-time priority, and the plant's own thread, come first.
+const NICENESS: i32 = 5;
 
 /// What a server needs to know.
 #[derive(Clone, Debug)]
@@ -70,6 +74,8 @@ pub(crate) struct Shared {
     pub(crate) plant: String,
     pub(crate) data: Option<PathBuf>,
     pub(crate) limits: Limits,
+    /// Turns to read the journal.
+    pub(crate) reading: Arc<Semaphore>,
 }
 
 /// A control socket that is served. Dropped, it ends: connections are cut and the socket's file goes away.
@@ -92,6 +98,7 @@ impl Server {
             .enable_all()
             .max_blocking_threads(BLOCKING)
             .thread_name("api-waits")
+            .on_thread_start(step_back)
             .build()
             .map_err(ApiError::Start)?;
         let listener = {
@@ -99,9 +106,11 @@ impl Server {
             tokio::net::UnixListener::from_std(listener).map_err(ApiError::Start)?
         };
         let Config { plant, data, limits, .. } = config;
-        let shared = Arc::new(Shared { console, gate, plant, data, limits });
+        let reading = Arc::new(Semaphore::new(READING));
+        let shared = Arc::new(Shared { console, gate, plant, data, limits, reading });
         let (stop, stopped) = oneshot::channel();
         let body = move || {
+            step_back();
             let router = router(Arc::clone(&shared));
             runtime.block_on(async {
                 tokio::select! {
@@ -121,6 +130,12 @@ impl Server {
     pub fn warnings(&self) -> &[String] {
         &self.warnings
     }
+}
+
+/// The calling thread lets others go first.
+fn step_back() {
+    // Refused, it works as well.
+    let _ = rustix::process::setpriority_process(None, NICENESS);
 }
 
 impl Drop for Server {

@@ -1,10 +1,10 @@
 //! The socket as a file: its mode, who has it, what is left of a plant that was killed.
 
 use crate::ApiError;
-use rustix::fs::{Mode, fchmod};
+use rustix::fs::{Mode, OFlags, fchmod};
 use rustix::net::{AddressFamily, SocketAddrUnix, SocketFlags, SocketType, bind, listen, socket_with};
-use std::fs::{DirBuilder, File, Permissions, TryLockError};
-use std::os::unix::fs::{DirBuilderExt, FileTypeExt, PermissionsExt};
+use std::fs::{DirBuilder, File, OpenOptions, Permissions, TryLockError};
+use std::os::unix::fs::{DirBuilderExt, FileTypeExt, OpenOptionsExt, PermissionsExt};
 use std::os::unix::net::UnixListener;
 use std::path::{Path, PathBuf};
 
@@ -25,7 +25,7 @@ impl Socket {
         let failed = |error: std::io::Error| ApiError::Open { path: path.into(), error };
         let address = SocketAddrUnix::new(path).map_err(|_| ApiError::TooLong { path: path.into() })?;
         folder(path, everybody).map_err(failed)?;
-        let lock = File::create(lock_path(path)).map_err(failed)?;
+        let lock = lock_file(&lock_path(path)).map_err(failed)?;
         match lock.try_lock() {
             Ok(()) => {}
             Err(TryLockError::WouldBlock) => return Err(ApiError::Taken { path: path.into() }),
@@ -63,6 +63,13 @@ fn lock_path(path: &Path) -> PathBuf {
     let mut name = path.file_name().unwrap_or_default().to_owned();
     name.push(".lock");
     path.with_file_name(name)
+}
+
+/// Opened as it is: in a folder that others write, the name might be a link to a file of ours.
+fn lock_file(path: &Path) -> std::io::Result<File> {
+    let mut options = OpenOptions::new();
+    options.write(true).create(true).truncate(false).mode(0o600);
+    options.custom_flags(OFlags::NOFOLLOW.bits().cast_signed()).open(path)
 }
 
 /// Makes the socket's folder if there is none; others get into it only if they are to connect.
@@ -120,6 +127,10 @@ mod tests {
         let Err(error) = Socket::open(&path, false) else { panic!("a file was replaced") };
         assert!(error.to_string().contains("is there and is no socket"), "{error}");
         assert_eq!(std::fs::read_to_string(&path).expect("the file"), "mine");
+        // A link in the place of the lock leads nowhere.
+        std::os::unix::fs::symlink(&path, folder.path().join("trap.sock.lock")).expect("a link");
+        let Err(error) = Socket::open(&folder.path().join("trap.sock"), false) else { panic!("a link was followed") };
+        assert!(matches!(error, ApiError::Open { .. }), "{error}");
         let Err(error) = Socket::open(&folder.path().join("x".repeat(120)), false) else { panic!("too long") };
         assert!(error.to_string().contains("107 bytes"), "{error}");
         let Err(error) = Socket::open(&path.join("below-a-file.sock"), false) else { panic!("below a file") };

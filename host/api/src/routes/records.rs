@@ -69,7 +69,7 @@ pub(super) async fn records(
     };
     let search = Search::new(folder, &q)?;
     if !q.follow {
-        let found = blocking(move || match q.after {
+        let found = blocking(&shared, move || match q.after {
             Some(after) => search.forward(after),
             None if q.from.is_some() => search.forward(0),
             None => search.newest(),
@@ -80,30 +80,30 @@ pub(super) async fn records(
         Some(after) => after,
         None => {
             let search = search.clone();
-            blocking(move || search.last()).await?
+            blocking(&shared, move || search.last()).await?
         }
     };
-    let lines = futures_util::stream::unfold((search, after, false), async |(search, after, over)| {
+    let lines = futures_util::stream::unfold((shared, search, after, false), async |(shared, search, after, over)| {
         if over {
             return None;
         }
-        Some(follow(search, after).await)
+        Some(follow(shared, search, after).await)
     });
     Ok(([(header::CONTENT_TYPE, "application/jsonl")], Body::from_stream(lines)).into_response())
 }
 
-type Followed = (Result<Bytes, Infallible>, (Search, u64, bool));
+type Followed = (Result<Bytes, Infallible>, (Arc<Shared>, Search, u64, bool));
 
 /// Waits for the next lines.
-async fn follow(search: Search, mut after: u64) -> Followed {
+async fn follow(shared: Arc<Shared>, search: Search, mut after: u64) -> Followed {
     loop {
         let this = search.clone();
-        let (lines, next) = match blocking(move || this.forward(after)).await {
+        let (lines, next) = match blocking(&shared, move || this.forward(after)).await {
             Ok(found) => (found.records.iter().map(|r| r.to_json() + "\n").collect::<String>(), found.next),
-            Err(failure) => return (Ok((failure.json() + "\n").into()), (search, after, true)),
+            Err(failure) => return (Ok((failure.json() + "\n").into()), (shared, search, after, true)),
         };
         if !lines.is_empty() {
-            return (Ok(lines.into()), (search, next, false));
+            return (Ok(lines.into()), (shared, search, next, false));
         }
         if next == after {
             tokio::time::sleep(FOLLOW).await;
@@ -113,7 +113,14 @@ async fn follow(search: Search, mut after: u64) -> Followed {
 }
 
 async fn blocking<T: Send + 'static>(read: impl FnOnce() -> Result<T, Failure> + Send + 'static) -> Result<T, Failure> {
-    let done = tokio::task::spawn_blocking(read).await;
+    let turn = Arc::clone(&shared.reading).acquire_owned().await;
+    let turn = turn.map_err(|e| Failure::internal(format!("the journal was not read: {e}")))?;
+    // The turn ends with the reading, not with the client that may have gone.
+    let reading = move || {
+        let _turn = turn;
+        read()
+    };
+    let done = tokio::task::spawn_blocking(reading).await;
     done.map_err(|e| Failure::internal(format!("the journal was not read: {e}")))?
 }
 

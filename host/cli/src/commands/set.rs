@@ -19,8 +19,14 @@ pub(super) fn execute(args: &Set) -> Result<Exit> {
     } else {
         let values: Map<_, _> = args.values.iter().map(|a| (a.tag.clone(), json!(a.value))).collect();
         let body = with_reason(json!({ "values": values, "write": !args.stage }), &args.change);
-        let answer = client.post("/v1/settings", &body).inspect_err(|_| stays_staged(&client))?;
-        say_done(reach, answer)?;
+        match client.post("/v1/settings", &body) {
+            Ok(answer) => say_done(reach, answer)?,
+            Err(error) => {
+                report::error(&error.into());
+                stays_staged(&client);
+                return Ok(Exit::Wanting);
+            }
+        }
     }
     Ok(Exit::Fine)
 }

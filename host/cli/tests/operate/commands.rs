@@ -82,7 +82,7 @@ fn settings_are_shown_staged_written_refused_and_discarded() {
     // Two that fit together only, at once.
     plant.does(&["set", "unit.settings.low-limit=52", "unit.settings.high-limit=55"]);
     let why = plant.refuses(&["set", "unit.settings.low-limit=60"]);
-    assert!(why.contains("`unit` refuses the settings"), "{why}");
+    assert!(why.contains("`unit` refuses the settings") && why.contains("latchwork set --discard BLOCK"), "{why}");
     let why = plant.refuses(&["set", "unit.settings.pulse=soon"]);
     assert!(why.contains("unit.settings.pulse"), "{why}");
     assert!(plant.refuses(&["set", "unit.settings.puls=1s"]).contains("did you mean `unit.settings.pulse`?"));
