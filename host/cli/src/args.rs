@@ -1,8 +1,9 @@
 //! Arguments and their help.
 
 mod alarms;
+pub(crate) mod operate;
 
-pub(crate) use alarms::{Alarms, AlarmsCommand, Codes, CodesFormat, Report, ReportFormat};
+pub(crate) use alarms::{AlarmsCommand, Codes, CodesFormat, Report, ReportFormat};
 use clap::{Args as ClapArgs, Parser, Subcommand, ValueEnum};
 use std::path::PathBuf;
 
@@ -64,8 +65,36 @@ pub(crate) enum Command {
     Gpio(Gpio),
     /// Verify or export the journal that `run --data` keeps.
     Journal(Journal),
-    /// Report on the alarms of a journal, list the codes of a plant's alarms.
-    Alarms(Alarms),
+    /// Tell how a running plant is: lanes, blocks, alarms, forces.
+    Status(operate::Status),
+    /// Show values of a running plant as they change.
+    Watch(operate::Watch),
+    /// Change settings of blocks; the block's own check takes or refuses them.
+    Set(operate::Set),
+    /// Hold tags at values, or list what is held.
+    Force(operate::Force),
+    /// Take forces away.
+    Unforce(operate::Unforce),
+    /// Give a command to a block.
+    Command(operate::Give),
+    /// List the alarms of a running plant; report on those of a journal; list the codes of a plant's alarms.
+    Alarms(operate::Alarms),
+    /// Acknowledge alarms.
+    Ack(operate::Acknowledge),
+    /// Reset alarms whose condition is gone.
+    Reset(operate::Which),
+    /// Hide alarms for a time.
+    Shelve(operate::Shelve),
+    /// Show shelved alarms again.
+    Unshelve(operate::Which),
+    /// Take alarms out of service until they are put back.
+    OutOfService(operate::Which),
+    /// Put alarms back into service.
+    InService(operate::Which),
+    /// Tell a running plant that its supervision is alive, once; `[heartbeat]` in the plant file says how often it must come.
+    Heartbeat(operate::Heartbeat),
+    /// Show records of a running plant: what happened, and who did it.
+    Records(operate::Records),
     /// Print the JSON Schema of the plant file, for editors.
     ///
     /// In VS Code with the Even Better TOML extension, put `#:schema plant.schema.json` in the first line of the plant
@@ -182,6 +211,9 @@ pub(crate) struct Run {
     /// Write every record as a line of JSON.
     #[arg(long, value_name = "FILE")]
     pub(crate) records: Option<PathBuf>,
+    /// Serve a control socket there, for `latchwork status`, `set`, `alarms` and others; at the machine's clock only.
+    #[arg(long, value_name = "PATH")]
+    pub(crate) socket: Option<PathBuf>,
     /// Print the summary as JSON, and nothing else.
     #[arg(long)]
     pub(crate) json: bool,

@@ -77,6 +77,9 @@ fn help_teaches() {
         ("help_inspect", vec!["inspect", "--help"]),
         ("help_tags", vec!["tags", "--help"]),
         ("help_schema", vec!["schema", "--help"]),
+        ("help_set", vec!["set", "--help"]),
+        ("help_ack", vec!["ack", "--help"]),
+        ("help_records", vec!["records", "--help"]),
     ] {
         let output = run(folder.path(), &args);
         assert!(output.status.success());

@@ -58,6 +58,7 @@ pub fn json_schema() -> Value {
             "lane": { "type": "object", "additionalProperties": { "anyOf": lanes } },
             "driver": { "type": "object", "additionalProperties": { "oneOf": kinds } },
             "block": blocks,
+            "policy": of(&[&sections::POLICY]),
             "table": { "type": "object", "additionalProperties": of(&[&sections::TABLE]) },
             "heartbeat": of(&[&sections::HEARTBEAT]),
             "alarm": { "type": "array", "items": of(&[&sections::ALARM]) },
@@ -93,6 +94,7 @@ pub fn reference_page() -> String {
     add("`[heartbeat]`", &sections::HEARTBEAT);
     add("`[driver.NAME]`", &sections::DRIVER);
     add("Every point", &sections::POINT);
+    add("`[policy]`", &sections::POLICY);
     for kind in KINDS {
         add(&format!("Driver `{}`", kind.name), kind.keys);
         add(&format!("Points of `{}`", kind.name), kind.point_keys);

@@ -327,3 +327,32 @@ fn places_count_characters_not_bytes() {
         (Some(14), Some(8), Some(14), Some(11))
     );
 }
+
+#[test]
+fn a_policy_names_users_groups_numbers_or_everyone() {
+    let block = format!("[block.t]\n{TON}");
+    let policy = "[policy]\nview = [\"everyone\"]\nset = [\"user:alice\", \"group:night-shift\", \"uid:1000\"]\n";
+    let checked = check(&format!("{HEAD}{block}{policy}"), false);
+    let said = checked.render(false);
+    let model = checked.model.unwrap_or_else(|| panic!("{said}"));
+    assert_eq!(said, "", "that this machine may not know them belongs to the start");
+    let given: Vec<_> = model.policy.given("set").map(ToString::to_string).collect();
+    assert_eq!(given, ["user:alice", "group:night-shift", "uid:1000"]);
+    let page = include_str!("../../../docs/operators.md");
+    let start = page.find("```toml\n[policy]").expect("the page's example") + "```toml\n".len();
+    let example = &page[start..start + page[start..].find("```").expect("its end")];
+    let checked = check(&format!("{HEAD}{block}{example}"), false);
+    assert!(checked.model.is_some(), "docs/operators.md: {}", checked.render(false));
+    let case = |policy: &str| format!("{HEAD}{block}[policy]\n{policy}\n");
+    golden(
+        "policy",
+        &[
+            ("a bare name", case("set = [\"alice\", \"user:bob\"]")),
+            ("a bare number", case("alarm = [\"1000\"]")),
+            ("a list in a string", case("alarm = [\"user:a, user:b\"]")),
+            ("no list", case("command = \"everyone\"")),
+            ("a right there is not", case("alarms = [\"everyone\"]")),
+            ("no name", case("force = [\"user:\", \"all\", 7]")),
+        ],
+    );
+}

@@ -27,11 +27,11 @@ fn measure(name: &str, more: &str, batch: u64) {
     let config: Config = loggers::config(folder.path(), &format!("kind = 'component'\ncomponent = '{name}'\n{more}"));
     let mut sink = (COMPONENT.open)(&config).expect("a sink");
     // Compiled and opened.
-    sink.write(&support::records(1..=1)).expect("kept");
+    sink.write(&loggers::records(1..=1)).expect("kept");
     let batches: Vec<_> = (0..1_000_000 / batch).map(|n| (n * batch + 2)..=(n * batch + batch + 1)).collect();
     let (mut spent, mut count) = (Duration::ZERO, 0);
     for numbers in batches {
-        let records = support::records(numbers);
+        let records = loggers::records(numbers);
         let begun = Instant::now();
         let kept = sink.write(&records).expect("kept");
         spent += begun.elapsed();

@@ -5,14 +5,6 @@ use clap::{Args as ClapArgs, Subcommand, ValueEnum};
 use globset::Glob;
 use std::path::PathBuf;
 
-/// `latchwork alarms`
-#[derive(ClapArgs, Debug)]
-pub(crate) struct Alarms {
-    /// What to do.
-    #[command(subcommand)]
-    pub(crate) command: AlarmsCommand,
-}
-
 /// The commands about alarms.
 #[derive(Subcommand, Debug)]
 pub(crate) enum AlarmsCommand {

@@ -2,13 +2,20 @@
 
 mod alarms;
 mod check;
+mod client;
+mod command;
 mod doctor;
+mod force;
 mod gpio;
 mod inspect;
 mod journal;
+mod records;
 mod run;
 mod schema;
+mod set;
+mod status;
 mod tags;
+mod watch;
 
 use crate::Exit;
 use crate::args::{Args, Command};
@@ -31,7 +38,21 @@ pub(crate) fn execute(args: Args) -> Result<Exit> {
         Command::Doctor(doctor) => doctor::execute(engine, doctor, folder(args.cache.clone(), args.no_cache)),
         Command::Gpio(gpio) => gpio::execute(gpio),
         Command::Journal(journal) => journal::execute(journal),
+        Command::Status(status) => status::execute(status),
+        Command::Watch(watch) => watch::execute(watch),
+        Command::Set(set) => set::execute(set),
+        Command::Force(force) => force::force(force),
+        Command::Unforce(unforce) => force::unforce(unforce),
+        Command::Command(give) => command::execute(give),
         Command::Alarms(alarms) => alarms::execute(engine, alarms),
+        Command::Ack(which) => alarms::acknowledge(which),
+        Command::Reset(which) => alarms::change(which, "/v1/alarms/reset"),
+        Command::Shelve(shelve) => alarms::shelve(shelve),
+        Command::Unshelve(which) => alarms::change(which, "/v1/alarms/unshelve"),
+        Command::OutOfService(which) => alarms::change(which, "/v1/alarms/out-of-service"),
+        Command::InService(which) => alarms::change(which, "/v1/alarms/in-service"),
+        Command::Heartbeat(beat) => command::heartbeat(beat),
+        Command::Records(records) => records::execute(records),
         Command::Schema => schema::execute(),
     }
 }

@@ -6,17 +6,25 @@ use crate::args::{Run, Speed};
 use crate::report;
 use crate::run::{Files, Kept, Lines, Screen, Show, Table, Watcher, summary};
 use anyhow::{Context, Result, bail};
+use latchwork_api::{Config, Limits, Server};
 use latchwork_block::Engine;
 use latchwork_plant::assemble::{Options, Plant, Time, assemble};
 use latchwork_plant::model::Model;
 use latchwork_plant::run::{MachineClock, RunOptions, resolve_stimulus, run_real, run_virtual};
 use latchwork_plant::sim::Stimulus;
 use std::io::IsTerminal;
+use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 use std::time::SystemTime;
 
 pub(super) fn execute(engine: &Engine, args: &Run) -> Result<Exit> {
+    if args.speed == Speed::Max && args.socket.is_some() {
+        eprintln!(
+            "error: --socket needs the machine's clock: at virtual time nobody could follow\n  help: leave --speed max or --socket out"
+        );
+        return Ok(Exit::Usage);
+    }
     let Some(model) = load(engine, &args.plant, args.sim) else { return Ok(Exit::Wanting) };
     let time = match args.speed {
         Speed::Real => Time::Real,
@@ -56,6 +64,7 @@ pub(super) fn execute(engine: &Engine, args: &Run) -> Result<Exit> {
         eprintln!("note: nothing goes to {}: sinks read the journal\n  help: add --data FOLDER", names.join(", "));
     }
     let journal = args.data.as_ref().map(|folder| Kept::open(folder, &mut plant)).transpose()?;
+    let server = args.socket.as_ref().map(|socket| serve(socket, &mut plant, args)).transpose()?;
     let show = show(&plant, args);
     let mut watcher = Watcher::new(files, journal, show);
     let outcome = match time {
@@ -65,6 +74,7 @@ pub(super) fn execute(engine: &Engine, args: &Run) -> Result<Exit> {
             run_real(plant, &options, Arc::new(MachineClock::start()), &stop, &mut watcher)
         }
     };
+    drop(server);
     let written = watcher.finish();
     if args.json {
         report::say(&format!("{}\n", serde_json::to_string_pretty(&summary::json(&name, &outcome, &written))?));
@@ -78,6 +88,20 @@ pub(super) fn execute(engine: &Engine, args: &Run) -> Result<Exit> {
         None => {}
     }
     Ok(if outcome.faulted() { Exit::Faulted } else { Exit::Fine })
+}
+
+/// Serves the control socket of a plant from now on.
+fn serve(socket: &Path, plant: &mut Plant, args: &Run) -> Result<Server> {
+    let config = Config {
+        socket: socket.into(),
+        plant: plant.model.name.clone(),
+        policy: plant.model.policy.clone(),
+        data: args.data.clone(),
+        limits: Limits::default(),
+    };
+    let server = Server::start(config, plant.console())?;
+    server.warnings().iter().for_each(|warning| eprintln!("warning: {warning}"));
+    Ok(server)
 }
 
 /// Signals that stop a plant in order: Ctrl-C, what systemd sends, Ctrl-\, and the end of the terminal or the network

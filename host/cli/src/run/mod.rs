@@ -13,7 +13,7 @@ pub(crate) use journal::Kept;
 pub(crate) use lines::Lines;
 pub(crate) use picture::Picture;
 pub(crate) use screen::Screen;
-pub(crate) use table::Table;
+pub(crate) use table::{Table, cut};
 
 use latchwork_plant::lane::Change;
 use latchwork_plant::run::{Control, Observer};

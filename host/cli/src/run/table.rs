@@ -108,7 +108,7 @@ fn quality(quality: Quality) -> &'static str {
 }
 
 /// At most `width` characters.
-fn cut(text: &str, width: usize) -> String {
+pub(crate) fn cut(text: &str, width: usize) -> String {
     match text.char_indices().nth(width) {
         Some((end, _)) => text[..end].to_string(),
         None => text.to_string(),

@@ -153,6 +153,7 @@ fn build(
         blocks: blocks.into_iter().flatten().collect(),
         sim: options.sim,
         watchdog,
+        policy: file.policy.clone(),
         alarm_rules,
         variables,
         tables: supervision::tables(checker, file, &tags),

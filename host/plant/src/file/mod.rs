@@ -4,9 +4,11 @@ mod alarms;
 mod assignments;
 mod blocks;
 mod drivers;
+mod policy;
 pub(crate) mod sections;
 mod sinks;
 
+use crate::operate::Policy;
 use assignments::feeds;
 use blocks::blocks;
 use drivers::drivers;
@@ -117,6 +119,7 @@ pub(crate) struct PlantFile {
     pub(crate) blocks: Vec<BlockEntry>,
     pub(crate) feeds: Vec<Assignment>,
     pub(crate) scan_times: Vec<ScanTimeEntry>,
+    pub(crate) policy: Policy,
     pub(crate) alarms: Vec<AlarmEntry>,
     pub(crate) tables: Vec<TableEntry>,
     pub(crate) heartbeat: Option<Values>,
@@ -149,6 +152,7 @@ pub(crate) fn read(checker: &mut Checker, root: &DeTable<'_>, text: &str) -> Pla
             ("driver", DeValue::Table(t)) => drivers(checker, t, &mut file),
             ("block", DeValue::Table(t)) => blocks(checker, t, "", false, &mut file),
             ("sim", DeValue::Table(t)) => sim(checker, t, &mut file),
+            ("policy", DeValue::Table(t)) => file.policy = policy::policy(checker, t, entry.key_span),
             ("table", DeValue::Table(t)) => tables(checker, t, &mut file),
             ("heartbeat", DeValue::Table(t)) => {
                 checker.whose.clear();
@@ -168,9 +172,6 @@ pub(crate) fn read(checker: &mut Checker, root: &DeTable<'_>, text: &str) -> Pla
                 file.unread.extend(sections::TABLES.iter().find(|t| **t == name));
                 let message = format!("`{name}` is {}; expected tables such as [{name}.NAME]", found(value));
                 checker.add(Finding::error(&entry.span, message));
-            }
-            (name, _) if sections::LATER_TABLES.contains(&name) => {
-                checker.add(Finding::error(&entry.key_span, format!("[{name}] is not supported by this version")));
             }
             _ => file.unread.extend(unknown(checker, &entry, "the plant file", sections::TABLES)),
         }

@@ -208,6 +208,27 @@ pub(crate) static WIRE: Section = Section {
     ],
 };
 
+/// `[policy]`; its keys are the rights of [`crate::operate::RIGHTS`].
+pub(crate) static POLICY: Section = Section {
+    name: "[policy]",
+    doc: "Who may do what with the running plant, through its control socket. Each item is \"user:NAME\", \"group:NAME\", \
+          \"uid:NUMBER\" or \"everyone\". The user the plant runs as, and root, may always do everything; without this table \
+          nobody else may do anything.",
+    keys: &[
+        Key::optional(
+            "view",
+            WHOM,
+            "[]",
+            "Read tags, settings, alarms, forces and records. Whoever has any other right has it too.",
+        ),
+        Key::optional("alarm", WHOM, "[]", "Acknowledge and reset alarms."),
+        Key::optional("command", WHOM, "[]", "Give commands to blocks."),
+        Key::optional("shelve", WHOM, "[]", "Shelve alarms, take them out of service, and bring them back."),
+        Key::optional("set", WHOM, "[]", "Change settings of blocks, and input points of `sim` drivers."),
+        Key::optional("force", WHOM, "[]", "Force tags, and take forces away."),
+    ],
+};
+const WHOM: Kind = Kind::List(&Kind::Text);
 /// `[[alarm]]`
 pub(crate) static ALARM: Section = Section {
     name: "[[alarm]]",
@@ -349,7 +370,4 @@ static SCAN_SPAN: Kind = Kind::Duration { min: 0, max: 3600 * SECOND };
 
 /// Tables of the file.
 pub(crate) static TABLES: &[&str] =
-    &["plant", "lane", "driver", "block", "sim", "alarm", "table", "heartbeat", "sink", "journal"];
-
-/// Tables the contract has and this version has not.
-pub(crate) static LATER_TABLES: &[&str] = &["policy"];
+    &["plant", "lane", "driver", "block", "sim", "alarm", "table", "heartbeat", "sink", "journal", "policy"];

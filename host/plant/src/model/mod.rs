@@ -8,6 +8,7 @@ mod supervision;
 pub use alarms::{AlarmRule, Variable};
 pub use supervision::{Heartbeat, StatusTable};
 
+use crate::operate::Policy;
 use latchwork_block::{Class, Component};
 use latchwork_image::Type;
 use latchwork_io::direct::Role;
@@ -31,6 +32,8 @@ pub struct Model {
     pub sim: bool,
     /// Hardware watchdog and its timeout, ns.
     pub watchdog: Option<(PathBuf, u64)>,
+    /// Who may do what with it while it runs.
+    pub policy: Policy,
     /// Rules for alarms and commands, in the order of the file.
     pub alarm_rules: Vec<AlarmRule>,
     /// Alarm variables, then command variables, by block; then the other tags that rules name.

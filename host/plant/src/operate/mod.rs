@@ -8,6 +8,7 @@ mod commands;
 mod console;
 mod desk;
 mod forces;
+mod policy;
 mod restore;
 mod serve;
 mod settings;
@@ -17,6 +18,7 @@ mod tags;
 pub use answer::{AlarmRow, Answer, ForceRow, Refused, TagRow};
 pub use console::{Console, Pending, Wishes, console};
 pub use desk::{Desk, Wish};
+pub use policy::{Policy, Whom, WhomError};
 
 /// Who wants something.
 #[derive(Clone, Debug, PartialEq, Eq)]

@@ -127,6 +127,16 @@ impl Reader {
         Ok(cursors.into_iter().map(|(name, cursor)| (name, cursor.seq)).collect())
     }
 
+    /// Number of the newest record; 0 if there is none.
+    ///
+    /// # Errors
+    /// A damaged or vanished file.
+    pub fn last(&self) -> Result<u64, JournalError> {
+        let read =
+            self.connection.query_row("SELECT coalesce(max(seq), 0) FROM records", [], |row| row.get::<_, i64>(0));
+        read.map(|n| u64::try_from(n).unwrap_or(0)).map_err(|error| self.failed(error))
+    }
+
     pub(super) fn failed(&self, error: rusqlite::Error) -> JournalError {
         JournalError::Database { path: self.path.clone(), error }
     }

@@ -1,10 +1,14 @@
 //! `latchwork alarms …`
 
 mod codes;
+mod list;
 mod report;
 
+pub(super) use list::{acknowledge, change, shelve};
+
 use crate::Exit;
-use crate::args::{Alarms, AlarmsCommand};
+use crate::args::AlarmsCommand;
+use crate::args::operate::Alarms;
 use anyhow::{Context, Result};
 use latchwork_block::Engine;
 use std::fs::File;
@@ -13,8 +17,9 @@ use std::path::Path;
 
 pub(super) fn execute(engine: impl FnOnce() -> Result<Engine>, args: &Alarms) -> Result<Exit> {
     match &args.command {
-        AlarmsCommand::Report(args) => report::execute(args),
-        AlarmsCommand::Codes(args) => codes::execute(&engine()?, args),
+        None => list::execute(args),
+        Some(AlarmsCommand::Report(args)) => report::execute(args),
+        Some(AlarmsCommand::Codes(args)) => codes::execute(&engine()?, args),
     }
 }
 
