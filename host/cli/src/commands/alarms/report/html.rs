@@ -99,5 +99,5 @@ fn section(out: &mut String, section: &Section) {
 /// A text that may stand anywhere in the page: names come from files.
 fn safe(text: &str) -> String {
     let allowed = |c: char| if c.is_control() { '\u{fffd}' } else { c };
-    escape(&text.chars().map(allowed).collect::<String>()).into_owned()
+    escape(text.chars().map(allowed).collect::<String>()).into_owned()
 }
