@@ -169,7 +169,9 @@ fn sinks_get_what_the_journal_has_and_idle_without_one() {
         errors
     };
     let shown = data.display().to_string();
-    for args in [["--speed", "max", "--for", "1s", "--data", &shown], ["--speed", "real", "--for", "1s", "--data", &shown]] {
+    for args in
+        [["--speed", "max", "--for", "1s", "--data", &shown], ["--speed", "real", "--for", "1s", "--data", &shown]]
+    {
         assert_eq!(run(&args), "");
     }
     let (_, all, _) = self::run(&["journal", "export"], &data);

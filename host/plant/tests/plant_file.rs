@@ -246,7 +246,10 @@ fn sinks_and_the_journal() {
             ("a pattern that is none", with("[sink.s]\nkind = \"syslog\"\nsources = [\"a{b\"]")),
             ("a batch that never fits", with("[sink.s]\nkind = \"syslog\"\nlist = 100\nbatch = 80")),
             ("keep without renaming", with("[sink.file]\nkind = \"jsonl\"\npath = \"r\"\nkeep = 3")),
-            ("a port in the address", with("[sink.m]\nkind = \"mqtt\"\naddress = \"tcp://x\"\nca = \"c\"\ntls = false")),
+            (
+                "a port in the address",
+                with("[sink.m]\nkind = \"mqtt\"\naddress = \"tcp://x\"\nca = \"c\"\ntls = false"),
+            ),
             ("a password in the file", with("[sink.m]\nkind = \"mqtt\"\naddress = \"x\"\npassword = \"secret\"")),
             ("a topic with a wildcard", with("[sink.m]\nkind = \"mqtt\"\naddress = \"x\"\ntopic = \"a/+\"")),
             ("two targets", with("[sink.s]\nkind = \"syslog\"\ntarget = \"journald\"\npath = \"/dev/log\"")),
