@@ -164,6 +164,7 @@ fn build(
     // Only in a model whose indices are all right is the order of blocks that of the file.
     if !checker.findings.iter().any(|f| f.severity == Severity::Error) {
         notes::order(checker, &model, &drafts);
+        sinks::note(checker, file);
         interrupts::serve(&mut model);
     }
     model

@@ -1,6 +1,6 @@
 //! Sinks as the file has them: the kind decides which keys they have.
 
-use super::{PlantFile, name_is_sound, table};
+use super::{PlantFile, RESERVED, name_is_sound, table};
 use latchwork_schema::check::{entries, found};
 use latchwork_schema::{Checker, Finding, Span, Values};
 use latchwork_sink::{KEYS, SinkKind, kinds};
@@ -20,7 +20,10 @@ pub(crate) struct SinkEntry {
 pub(super) fn sinks(checker: &mut Checker, tables: &DeTable<'_>, file: &mut PlantFile) {
     for entry in entries(tables) {
         let Some(t) = table(checker, &entry, &format!("sink `{}`", entry.name)) else { continue };
-        name_is_sound(checker, entry.name, &entry.key_span, false);
+        // A sink has no tags: it may be called `alarms`.
+        if !RESERVED.contains(&entry.name) {
+            name_is_sound(checker, entry.name, &entry.key_span, false);
+        }
         let before = checker.findings.len();
         let kind = kind(checker, entry.name, t, &entry.key_span);
         checker.whose = format!("[sink.{}]", entry.name);

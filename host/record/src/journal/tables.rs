@@ -4,7 +4,7 @@ use super::{FILE, JournalError, SOURCE};
 use crate::{Kind, Record};
 use latchwork_image::Value;
 use rusqlite::types::{ToSqlOutput, ValueRef};
-use rusqlite::{Connection, OpenFlags, OptionalExtension, Row};
+use rusqlite::{Connection, ErrorCode, OpenFlags, OptionalExtension, Row};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
@@ -108,7 +108,11 @@ pub(super) fn read_only(folder: &Path) -> Result<Connection, JournalError> {
     let flags = OpenFlags::SQLITE_OPEN_READ_ONLY | OpenFlags::SQLITE_OPEN_NO_MUTEX;
     let connection = Connection::open_with_flags(&path, flags).map_err(database)?;
     connection.busy_timeout(Duration::from_secs(5)).map_err(database)?;
-    let version: i64 = connection.query_row("PRAGMA user_version", [], |row| row.get(0)).map_err(database)?;
+    let version = connection.query_row("PRAGMA user_version", [], |row| row.get::<_, i64>(0)).or_else(|error| {
+        // Whoever began it was ended before it had its log; the next writer undoes what stands there.
+        let half = path.with_file_name(format!("{FILE}-journal")).exists();
+        if half && error.sqlite_error_code() == Some(ErrorCode::ReadOnly) { Ok(0) } else { Err(database(error)) }
+    })?;
     if version > VERSION {
         return Err(JournalError::Newer { path, found: version, known: VERSION });
     }
