@@ -76,7 +76,8 @@ pub(crate) enum Command {
     /// Take forces away.
     Unforce(operate::Unforce),
     /// Give a command to a block.
-    Command(operate::Give),
+    #[command(name = "command")]
+    Give(operate::Give),
     /// List the alarms of a running plant; report on those of a journal; list the codes of a plant's alarms.
     Alarms(operate::Alarms),
     /// Acknowledge alarms.

@@ -46,6 +46,7 @@ impl<W> Ord for Waiting<W> {
 
 /// Whose turn it is.
 #[derive(Debug, PartialEq)]
+#[expect(clippy::large_enum_variant, reason = "nearly all are entries: a box would be an allocation for each")]
 pub enum Turn<W> {
     /// An entry of a queue.
     Entry(Entry),

@@ -13,17 +13,7 @@ use std::time::Duration;
 const SIZE: u64 = 4 << 30;
 
 /// The sinks that are sound.
-<<<<<<< HEAD
 pub(super) fn sinks(checker: &mut Checker, file: &PlantFile, engine: &Engine, folder: &Path) -> Vec<SinkSpec> {
-    if let Some(first) = file.sinks.first() {
-        let count = file.sinks.len();
-        let what = if count == 1 { "the sink works".to_owned() } else { format!("the {count} sinks work") };
-        let message = format!("{what} only where records are kept: with `run --data FOLDER`");
-        checker.add(Finding::note(&first.key, message));
-    }
-=======
-pub(super) fn sinks(checker: &mut Checker, file: &PlantFile, folder: &Path) -> Vec<SinkSpec> {
->>>>>>> w-sink
     let mut sound = Vec::new();
     for entry in &file.sinks {
         let Some(kind) = entry.kind.filter(|_| entry.sound) else { continue };

@@ -126,6 +126,7 @@ impl Lane {
 
     /// Between two executions, in the time of this scan: that is when a block may take settings.
     #[cold]
+    #[expect(clippy::result_large_err, reason = "a text of fixed size is what a lane can make without allocation")]
     fn configure(&mut self, index: usize, cells: &[u64], now: u64) -> Result<(), Text> {
         let block = self.parts.blocks.get_mut(index);
         let Some(instance) = block.and_then(|b| b.instance.as_mut()) else {
