@@ -112,7 +112,10 @@ async fn follow(shared: Arc<Shared>, search: Search, mut after: u64) -> Followed
     }
 }
 
-async fn blocking<T: Send + 'static>(read: impl FnOnce() -> Result<T, Failure> + Send + 'static) -> Result<T, Failure> {
+async fn blocking<T: Send + 'static>(
+    shared: &Shared,
+    read: impl FnOnce() -> Result<T, Failure> + Send + 'static,
+) -> Result<T, Failure> {
     let turn = Arc::clone(&shared.reading).acquire_owned().await;
     let turn = turn.map_err(|e| Failure::internal(format!("the journal was not read: {e}")))?;
     // The turn ends with the reading, not with the client that may have gone.
