@@ -73,7 +73,7 @@ impl Session {
                 }
                 Ok(None) if heard.elapsed() > self.timeout => break "the broker acknowledges nothing".to_owned(),
                 Ok(None) => {}
-                Err(error) => break sentence(&error),
+                Err(why) => break why,
             }
         };
         self.open = None;
@@ -92,8 +92,7 @@ impl Session {
             match open.turn(LOOK) {
                 Ok(Some(_)) => {}
                 Ok(None) => return Ok(()),
-                Err(error) => {
-                    let why = sentence(&error);
+                Err(why) => {
                     self.open = None;
                     return Err(self.of_broker(&why));
                 }
@@ -166,8 +165,8 @@ impl Open {
         self.sent.values().chain(&self.handed).copied().filter(|seq| *seq > 0).min()
     }
 
-    /// One event; whether it was an acknowledgement. `None` when there was none in time.
-    fn turn(&mut self, timeout: Duration) -> Result<Option<bool>, ConnectionError> {
+    /// One event; whether it was an acknowledgement. `None` when there was none in time. An error says why, for a person.
+    fn turn(&mut self, timeout: Duration) -> Result<Option<bool>, String> {
         match self.connection.recv_timeout(timeout) {
             Ok(Ok(Event::Outgoing(Outgoing::Publish(packet)))) => {
                 if let Some(seq) = self.handed.pop_front() {
@@ -180,9 +179,9 @@ impl Open {
                 Ok(Some(true))
             }
             Ok(Ok(_)) => Ok(Some(false)),
-            Ok(Err(error)) => Err(error),
+            Ok(Err(error)) => Err(sentence(&error)),
             Err(RecvTimeoutError::Timeout) => Ok(None),
-            Err(RecvTimeoutError::Disconnected) => Err(ConnectionError::RequestsDone),
+            Err(RecvTimeoutError::Disconnected) => Err("the connection is closed".into()),
         }
     }
 }
