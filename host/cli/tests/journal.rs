@@ -1,5 +1,7 @@
 //! `run --data`, `journal verify`, `journal export`: records that outlive the process.
 
+use latchwork_record::Kind;
+use latchwork_record::journal::{Filter, Reader};
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 use std::time::Duration;
@@ -18,7 +20,9 @@ fn plant(folder: &Path) -> PathBuf {
         "[plant]\nname = \"busy\"\ncomponents = [{}]\n[lane.main]\nevery = \"1ms\"\nwatchdog = \"10s\"\n\
          [block.clock]\ncomponent = \"multivibrator\"\nlane = \"main\"\nbudget = \"1s\"\ninputs.run = true\n\
          settings = {{ on-time = \"2ms\", off-time = \"2ms\" }}\n\
-         [block.seen]\ncomponent = \"interlock-probe\"\nlane = \"main\"\nbudget = \"1s\"\ninputs.b = \"clock.outputs.out\"\n",
+         [block.seen]\ncomponent = \"interlock-probe\"\nlane = \"main\"\nbudget = \"1s\"\ninputs.b = \"clock.outputs.out\"\n\
+         [[alarm]]\nmatch = \"clock.outputs.out\"\ncode = 0xC400\non-delay = \"1ms\"\n\
+         [[alarm]]\nmatch = \"seen.outputs.b\"\ncode = 0xCC00\nsuppress-when = \"clock.outputs.out\"\n",
         components.join(", ")
     );
     let path = folder.join("plant.toml");
@@ -65,8 +69,40 @@ fn a_plant_that_is_killed_again_and_again_keeps_its_records_in_order() {
         assert_eq!(found["records"].as_u64(), Some(now), "round {round}: {found}");
         assert!(now >= last, "round {round}: {last} were there, now {now}");
         last = now;
+        alarms_are_as_the_journal_tells(&data);
     }
     assert!(last > 200, "only {last} records");
+}
+
+/// The kept state of each alarm is that of its last record: they were written as one.
+fn alarms_are_as_the_journal_tells(data: &Path) {
+    let reader = Reader::open(data).expect("a journal");
+    let records = reader.records(Filter::default(), usize::MAX).expect("records");
+    let kept = reader.kept().expect("states");
+    for alarm in ["clock.outputs.out", "seen.outputs.b"] {
+        let last = records.iter().rfind(|r| r.kind == Kind::Alarm && r.source == alarm);
+        let state =
+            kept.get(&format!("alarm/{alarm}")).map(|s| serde_json::from_str::<serde_json::Value>(s).expect("JSON"));
+        let (Some(last), Some(state)) = (last, &state) else {
+            assert_eq!(
+                (last, state.as_ref()),
+                (None, None),
+                "{alarm}: a record without a state, or a state without a record"
+            );
+            continue;
+        };
+        assert_eq!(state["seq"].as_u64(), Some(last.seq), "{alarm}: {state} after {last:?}");
+        let is = |key: &str| state[key] == true;
+        let shown = match (is("suppressed"), is("active"), is("unacknowledged"), is("latched")) {
+            (true, ..) => "suppressed",
+            (_, true, true, _) => "unacknowledged",
+            (_, true, false, _) => "active",
+            (_, false, true, _) => "returned",
+            (_, false, false, true) => "awaiting-reset",
+            (_, false, false, false) => "normal",
+        };
+        assert_eq!(last.current.to_string(), shown, "{alarm}: {state} after {last:?}");
+    }
 }
 
 #[test]

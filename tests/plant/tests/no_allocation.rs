@@ -75,6 +75,10 @@ component = "ton"
 lane = "slow"
 inputs.in = "unit.alarms.door"
 inputs.pt = "10ms"
+[[alarm]]
+match = "clock.outputs.out"
+code = 0xC400
+suppress-when = "delay.outputs.q"
 "#;
 
 #[test]

@@ -41,6 +41,9 @@ impl Kept {
         let tell = move |report| drop(tell.send(report));
         let runner = Runner::start(folder, sinks, &opening.cursors, &journal.watch(), tell);
         let runner = runner.context("the system gives no threads for the sinks")?;
+        let (statuses, watch) = (runner.statuses(), journal.watch());
+        plant.desk.also("journal", move || serde_json::json!({ "durable": watch.durable() }));
+        plant.desk.also("sinks", move || statuses.list().iter().map(status).collect());
         let sinks = Sinks { runner, sources: std::mem::take(&mut plant.sinks), reports };
         let mut kept = Self { journal, own: plant.journal.take(), sinks };
         if let Some(aside) = opening.set_aside {
@@ -110,4 +113,12 @@ impl Kept {
             left => Some(format!("the journal is incomplete: {left} records after number {durable} were not written")),
         }
     }
+}
+
+/// A sink in `latchwork status`.
+fn status(sink: &latchwork_sink::Status) -> serde_json::Value {
+    serde_json::json!({
+        "name": sink.name, "kind": sink.kind, "state": sink.state.name(), "cursor": sink.cursor, "behind": sink.behind,
+        "error": sink.error,
+    })
 }

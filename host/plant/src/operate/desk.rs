@@ -47,6 +47,8 @@ pub struct Desk {
     pub(super) number: u64,
     /// Commands that stand until they are taken back: block and bit.
     pub(super) standing: BTreeMap<(usize, u8), bool>,
+    /// What else belongs to the status, by name.
+    pub(super) also: Vec<(&'static str, Box<dyn Fn() -> serde_json::Value + Send>)>,
 }
 
 impl Desk {
@@ -73,6 +75,12 @@ impl Desk {
             configuring: Vec::new(),
             number: 0,
             standing: BTreeMap::new(),
+            also: Vec::new(),
         }
+    }
+
+    /// Adds to the status what somebody else knows: the journal, the sinks.
+    pub fn also(&mut self, name: &'static str, tell: impl Fn() -> serde_json::Value + Send + 'static) {
+        self.also.push((name, Box::new(tell)));
     }
 }

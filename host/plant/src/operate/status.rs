@@ -51,7 +51,7 @@ impl Plant {
             })
             .collect();
         let (listed, unacknowledged) = self.annunciator.counts();
-        json!({
+        let mut status = json!({
             "plant": self.model.name,
             "sim": self.model.sim,
             "time-ns": now,
@@ -62,6 +62,10 @@ impl Plant {
             "forces": self.forced().len(),
             "staged": self.desk.staged.values().map(std::collections::BTreeMap::len).sum::<usize>(),
             "records": self.router.last_seq(),
-        })
+        });
+        for (name, tell) in &self.desk.also {
+            status[*name] = tell();
+        }
+        status
     }
 }
