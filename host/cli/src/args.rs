@@ -74,7 +74,8 @@ pub(crate) enum Command {
     /// Take forces away.
     Unforce(operate::Unforce),
     /// Give a command to a block.
-    Command(operate::Give),
+    #[command(name = "command")]
+    Give(operate::Give),
     /// List the alarms of a running plant.
     Alarms(operate::Alarms),
     /// Acknowledge alarms.

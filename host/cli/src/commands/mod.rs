@@ -43,7 +43,7 @@ pub(crate) fn execute(args: Args) -> Result<Exit> {
         Command::Set(set) => set::execute(set),
         Command::Force(force) => force::force(force),
         Command::Unforce(unforce) => force::unforce(unforce),
-        Command::Command(give) => command::execute(give),
+        Command::Give(give) => command::execute(give),
         Command::Alarms(alarms) => alarms::execute(alarms),
         Command::Ack(which) => alarms::acknowledge(which),
         Command::Reset(which) => alarms::change(which, "/v1/alarms/reset"),
