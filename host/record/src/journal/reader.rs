@@ -62,7 +62,8 @@ impl Reader {
     /// # Errors
     /// A damaged or vanished file.
     pub fn last(&self) -> Result<u64, JournalError> {
-        let read = self.connection.query_row("SELECT coalesce(max(seq), 0) FROM records", [], |row| row.get::<_, i64>(0));
+        let read =
+            self.connection.query_row("SELECT coalesce(max(seq), 0) FROM records", [], |row| row.get::<_, i64>(0));
         read.map(|n| u64::try_from(n).unwrap_or(0)).map_err(|error| self.failed(error))
     }
 
