@@ -78,7 +78,7 @@ mod tests {
             values,
         };
         let expected = json!({
-            "budget": "2.5s", "memory": "64MiB", "connect": ["127.0.0.1:9"], "name": "night", "plant": "pumps",
+            "budget": "2s 500ms", "memory": "64MiB", "connect": ["127.0.0.1:9"], "name": "night", "plant": "pumps",
             "config": { "a": [1, 2.5, "NaN"], "b": { "c": "2026-11-27" } },
         });
         assert_eq!(serde_json::from_str::<Json>(&json(&config)).expect("JSON"), expected);
