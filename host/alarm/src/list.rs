@@ -97,8 +97,15 @@ impl Alarms {
     pub fn restore(&mut self, alarm: usize, state: Alarm, first_out: bool) {
         let group = self.members[alarm].group;
         self.members[alarm].alarm = state;
-        if let (true, Some(group)) = (first_out, group) {
+        if let (true, true, Some(group)) = (first_out, state.state().is_listed(), group) {
             self.first[group] = Some(alarm);
+        }
+    }
+
+    /// Ends shelves at `latest`, ns, that would end later: those of a run whose clock was ahead.
+    pub fn limit_shelves(&mut self, latest: u64) {
+        for member in &mut self.members {
+            member.alarm.shelved = member.alarm.shelved.map(|until| until.min(latest));
         }
     }
 
@@ -126,19 +133,21 @@ impl Alarms {
         let (rules, group) = (member.rules, member.group);
         let mut transitions = Vec::new();
         let done = member.alarm.step(&rules, input, now, |t| transitions.push(t));
-        for transition in transitions {
+        let last = transitions.len().saturating_sub(1);
+        for (at, transition) in transitions.into_iter().enumerate() {
             if transition.word == "raised"
                 && let Some(group) = group
             {
                 self.first[group].get_or_insert(alarm);
             }
+            // A group that is normal again has no first one any more.
+            if let (true, Some(group)) = (at == last, group)
+                && self.members.iter().all(|m| m.group != Some(group) || !m.alarm.state().is_listed())
+            {
+                self.first[group] = None;
+            }
             let first_out = self.is_first_out(alarm);
             told(Change { alarm, transition, code: self.members[alarm].alarm.code(&rules), first_out });
-        }
-        if let Some(group) = group
-            && self.members.iter().all(|m| m.group != Some(group) || !m.alarm.state().is_listed())
-        {
-            self.first[group] = None;
         }
         done
     }

@@ -101,7 +101,12 @@ impl Type {
                 .map(str::trim)
                 .filter(|n| !n.is_empty())
                 .try_fold(0, |bits, n| names.iter().position(|x| x == n).map(|i| bits | 1 << i)),
-            Self::F32 | Self::F64 => text.parse().ok().and_then(|r| self.cell_from_real(r)),
+            // A number too large for its type is no infinity that anybody meant.
+            Self::F32 | Self::F64 => text
+                .parse()
+                .ok()
+                .filter(|r: &f64| r.is_finite() || !text.contains(|c: char| c.is_ascii_digit()))
+                .and_then(|r| self.cell_from_real(r)),
             _ => text.parse().ok().and_then(|i| self.cell_from_integer(i)),
         };
         found.ok_or_else(|| self.refuse(format!("\"{text}\"")))

@@ -29,6 +29,16 @@ impl Recorder {
         }
     }
 
+    /// Pushes an entry if there is room for it; it is not lost otherwise, because whoever offers it does so again.
+    #[inline]
+    #[must_use]
+    pub fn offer(&mut self, entry: Entry) -> bool {
+        if self.lost > 0 && !self.tell_lost(entry.time) {
+            return false;
+        }
+        self.producer.push(entry).is_ok()
+    }
+
     /// Sends the `lost` record if one is due and there is room for it; call it once per scan.
     #[inline]
     pub fn settle(&mut self, now: u64) {

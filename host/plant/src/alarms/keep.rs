@@ -67,8 +67,8 @@ impl Annunciator {
     pub(crate) fn expected(&self, restored: Restored) -> Vec<(SourceId, Option<bool>)> {
         let of_role = |role: &Role| match role {
             Role::Condition(alarm) => (*alarm == restored.alarm).then_some(Some(restored.condition)),
-            // Other alarms of the tag may not have been there.
-            Role::Suppresses(alarms) => (restored.suppressed && alarms.contains(&restored.alarm)).then_some(None),
+            // It speaks with the first scan in any case.
+            Role::Suppresses(_) => None,
         };
         self.by_source.iter().filter_map(|(source, role)| Some((*source, of_role(role)?))).collect()
     }
@@ -83,7 +83,7 @@ impl Annunciator {
         let rules = *self.alarms.rules(alarm);
         let member = &mut self.members[alarm];
         // What the rules no longer ask for is not waited for.
-        let suppressed = state.suppressed && member.suppressible;
+        let suppressed = state.suppressed && member.unheard;
         let restored = Alarm {
             condition: state.active,
             since: None,
@@ -96,7 +96,7 @@ impl Annunciator {
         };
         (member.raised, member.raised_seq, member.seq) = (state.raised, state.raised_seq, state.seq);
         self.alarms.restore(alarm, restored, state.first_out);
-        self.due = self.alarms.deadline();
+        self.settle_due();
         Ok(Some(Restored { alarm, condition: state.active, suppressed }))
     }
 }

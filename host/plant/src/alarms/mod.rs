@@ -35,6 +35,11 @@ pub(crate) fn rank(entry: &Entry) -> u8 {
     u8::from(!(entry.kind == Kind::Alarm && entry.transition == SUPPRESSING))
 }
 
+/// So long the condition of an alarm waits at most to hear whether it is suppressed, ns.
+const PATIENCE: u64 = 1_000_000_000;
+/// Longest shelf that an earlier run may leave, ns: its clock may have been ahead.
+const LONGEST_SHELF: u64 = 7 * 24 * 3600 * 1_000_000_000;
+
 /// What a source of entries is to the alarms.
 #[derive(Clone, Debug)]
 enum Role {
@@ -51,7 +56,10 @@ struct Member {
     group: Option<String>,
     /// It has a rule.
     coded: bool,
-    suppressible: bool,
+    /// What suppresses it has not spoken yet: until then its condition waits.
+    unheard: bool,
+    /// The condition that waits, and since when, ns since 1970.
+    held: Option<(bool, u64)>,
     /// When it was raised last, ns since 1970; 0: never.
     raised: u64,
     /// Number of the record that said so.
@@ -105,7 +113,8 @@ impl Annunciator {
                 text: variable.text.clone(),
                 group: variable.group.clone(),
                 coded: rule.is_some(),
-                suppressible: rule.is_some_and(|r| r.suppress.is_some()),
+                unheard: false,
+                held: None,
                 raised: 0,
                 raised_seq: 0,
                 seq: 0,
@@ -126,13 +135,20 @@ impl Annunciator {
 
     /// Entries of this source suppress alarms.
     pub(crate) fn suppress(&mut self, source: SourceId, alarms: Vec<usize>) {
+        alarms.iter().for_each(|alarm| self.members[*alarm].unheard = true);
         self.by_source.insert(source, Role::Suppresses(alarms));
     }
 
     /// Sets when plant time 0 was, ns since 1970; after the alarms of an earlier run were restored, or before.
     pub(crate) fn set_epoch(&mut self, epoch: u64) {
         self.epoch = epoch;
-        self.due = self.alarms.deadline();
+        self.alarms.limit_shelves(epoch.saturating_add(LONGEST_SHELF));
+        self.settle_due();
+    }
+
+    fn settle_due(&mut self) {
+        let held = self.members.iter().filter_map(|m| Some(m.held?.1.saturating_add(PATIENCE)));
+        self.due = held.chain(self.alarms.deadline()).min();
     }
 
     /// What an entry means to the alarms; false when it is none of theirs.
@@ -144,15 +160,28 @@ impl Annunciator {
         let on = entry.current == latchwork_record::Datum::Boolean(true);
         let now = self.epoch.saturating_add(entry.time);
         match role {
+            Role::Condition(alarm) if self.members[alarm].unheard => {
+                self.members[alarm].held = Some((on, now));
+                self.settle_due();
+            }
             Role::Condition(alarm) => drop(self.step(alarm, Input::Condition(on), now, "", told)),
             Role::Suppresses(alarms) => {
                 for alarm in alarms {
                     // A condition of the plant is never refused.
                     let _ = self.step(alarm, Input::Suppress(on), now, "", told);
+                    self.heard(alarm, now, told);
                 }
             }
         }
         true
+    }
+
+    /// What suppresses an alarm has spoken, or will not: its condition waits no longer.
+    fn heard(&mut self, alarm: usize, now: u64, told: &mut Vec<Told>) {
+        self.members[alarm].unheard = false;
+        if let Some((on, _)) = self.members[alarm].held.take() {
+            let _ = self.step(alarm, Input::Condition(on), now, "", told);
+        }
     }
 
     /// True when something is due by itself at plant time `now`, ns, or was before.
@@ -163,16 +192,23 @@ impl Annunciator {
     /// Delays and shelves that are over at plant time `now`, ns.
     pub(crate) fn tick(&mut self, now: u64, told: &mut Vec<Told>) {
         let mut changes = Vec::new();
-        self.alarms.tick(self.epoch.saturating_add(now), |change| changes.push(change));
+        let now = self.epoch.saturating_add(now);
+        for alarm in 0..self.members.len() {
+            // The lane of what suppresses it does not run: an alarm too many is better than none.
+            if self.members[alarm].held.is_some_and(|(_, since)| since.saturating_add(PATIENCE) <= now) {
+                self.heard(alarm, now, told);
+            }
+        }
+        self.alarms.tick(now, |change| changes.push(change));
         told.extend(changes.iter().map(|change| self.told(change, "")));
-        self.due = self.alarms.deadline();
+        self.settle_due();
     }
 
     fn step(&mut self, alarm: usize, input: Input, now: u64, user: &str, told: &mut Vec<Told>) -> Result<(), Refusal> {
         let mut changes = Vec::new();
         let done = self.alarms.step(alarm, input, now, |change| changes.push(change));
         told.extend(changes.iter().map(|change| self.told(change, user)));
-        self.due = self.alarms.deadline();
+        self.settle_due();
         done
     }
 

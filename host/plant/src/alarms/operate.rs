@@ -7,6 +7,9 @@ use latchwork_alarm::{Input, Refusal};
 use latchwork_image::nearest;
 use latchwork_record::Draft;
 
+/// Why an alarm is not acknowledged that nobody has seen.
+const ANEW: &str = "raised anew";
+
 /// What an operator wants of alarms.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct AlarmWish {
@@ -73,7 +76,11 @@ impl Annunciator {
                 let others = if more > 0 { format!(" (and {more} others)") } else { String::new() };
                 Err(Refused::new("state", format!("{first}{others}")))
             }
-            _ => Ok(done),
+            _ => {
+                // What came after the operator has looked is not passed over in silence.
+                done.extend(refused.into_iter().filter(|why| why.contains(ANEW)).map(|why| format!("not done: {why}")));
+                Ok(done)
+            }
         }
     }
 
@@ -90,7 +97,7 @@ impl Annunciator {
             && member.raised_seq > seen
         {
             return Err(format!(
-                "it was raised anew by record {} after what you have seen; look at it again",
+                "it was {ANEW} by record {} after what you have seen; look at it again",
                 member.raised_seq
             ));
         }

@@ -75,7 +75,7 @@ pub(super) fn connect(
         } else if let Some(alarm) = alarms.first() {
             annunciator.listen(source, *alarm);
         }
-        conditions[lane].push(Condition { probe, previous: Some(false), source, suppresses });
+        conditions[lane].push(Condition { probe, previous: (!suppresses).then_some(false), source, suppresses });
     }
     conditions
 }

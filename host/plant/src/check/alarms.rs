@@ -50,7 +50,7 @@ impl Draft<'_> {
             TagRef::Command { .. } => !self.rule.code.is_alarm() && self.regex.is_match(name),
             TagRef::Alarm { .. } => self.rule.code.is_alarm() && self.regex.is_match(name),
             // A pattern such as `.*` is not meant to make alarms of all that is true or false.
-            _ => self.rule.code.is_alarm() && [name, &regex::escape(name)].contains(&self.rule.pattern.as_str()),
+            _ => self.rule.code.is_alarm() && self.rule.pattern.replace('\\', "") == name,
         }
     }
 

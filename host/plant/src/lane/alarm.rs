@@ -14,17 +14,22 @@ impl Lane {
         let Some((cell, previous)) = &mut block.alarms else { return };
         let current = self.parts.cells[*cell as usize];
         let mut changed = current ^ *previous;
-        *previous = current;
         while changed != 0 {
             let bit = changed.trailing_zeros();
             changed &= changed - 1;
-            let Some(source) = block.rest.alarm_sources.get(bit as usize) else { continue };
+            let Some(source) = block.rest.alarm_sources.get(bit as usize) else {
+                *previous ^= 1 << bit;
+                continue;
+            };
             let raised = current >> bit & 1 == 1;
-            self.parts.recorder.push(
-                Entry::new(now, Kind::Alarm, *source, if raised { "raised" } else { "returned" })
-                    .priority(PRIORITY)
-                    .change(Datum::Boolean(!raised), Datum::Boolean(raised)),
-            );
+            let entry = Entry::new(now, Kind::Alarm, *source, if raised { "raised" } else { "returned" })
+                .priority(PRIORITY)
+                .change(Datum::Boolean(!raised), Datum::Boolean(raised));
+            // Without room it is told after the next execution: no condition is ever lost.
+            if !self.parts.recorder.offer(entry) {
+                return;
+            }
+            *previous ^= 1 << bit;
         }
     }
 }

@@ -24,10 +24,12 @@ impl LaneParts {
         for condition in &mut self.conditions {
             let on = condition.probe.read(&self.cells) & 1 == 1;
             if condition.previous != Some(on) {
-                condition.previous = Some(on);
                 let transition = if condition.suppresses { SUPPRESSING } else { CONDITION };
                 let entry = Entry::new(now, Kind::Alarm, condition.source, transition);
-                self.recorder.push(entry.change(Datum::Boolean(!on), Datum::Boolean(on)));
+                // Without room it is told after the next scan: no condition is ever lost.
+                if self.recorder.offer(entry.change(Datum::Boolean(!on), Datum::Boolean(on))) {
+                    condition.previous = Some(on);
+                }
             }
         }
     }

@@ -2,7 +2,8 @@
 
 use super::{Operator, Refused};
 use crate::assemble::Plant;
-use crate::lane::{Mode, Request};
+use crate::lane::{LaneState, Mode, Request};
+use crate::layout::STATE;
 use crate::model::TagRef;
 use latchwork_alarm::CodeKind;
 use latchwork_image::Value;
@@ -31,6 +32,7 @@ impl Plant {
             let message = format!("`{name}` is no command; those are BLOCK.commands.NAME");
             return Err(Refused::new("unknown", message));
         };
+        self.lane_runs(self.model.blocks[block].lane)?;
         let kind = self.command_kind(what);
         let stood = self.desk.standing.get(&(block, bit)).copied().unwrap_or(false);
         let (mode, transition, now_on) = match (kind, on) {
@@ -60,6 +62,18 @@ impl Plant {
             Mode::OneShot => format!("{name}: given for one execution"),
             Mode::Level(_) => format!("{name} is {transition}"),
         }])
+    }
+
+    /// Refuses what a lane that has stopped or faulted would never do.
+    pub(super) fn lane_runs(&self, lane: usize) -> Result<(), Refused> {
+        let state = LaneState::from_cell(self.regions[lane].cell(STATE));
+        if matches!(state, LaneState::Stopped | LaneState::Faulted) {
+            let name = &self.model.lanes[lane].name;
+            let message =
+                format!("lane `{name}` has {}; it does nothing until the plant is started again", state.name());
+            return Err(Refused::new("state", message));
+        }
+        Ok(())
     }
 
     /// Sends a command to the lane of its block.

@@ -1,6 +1,8 @@
 //! The way from whoever brings wishes to the plant's own thread.
 
 use super::{Answer, Operation, Operator, Refused};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, Sender, SyncSender, TrySendError, channel, sync_channel};
 use std::time::Duration;
 
@@ -16,12 +18,19 @@ pub struct Pending {
     /// Why the policy forbids it: the plant refuses it then, and records that.
     pub forbidden: Option<String>,
     pub(super) answer: Option<Sender<Result<Answer, Refused>>>,
+    /// Whoever asked was told that there is no answer: it must not be done any more.
+    pub(super) given_up: Arc<AtomicBool>,
 }
 
 impl Pending {
     /// A wish of somebody who waits for no answer: a stimulus.
     pub(crate) fn unanswered(operator: Operator, operation: Operation) -> Self {
-        Self { operator, operation, forbidden: None, answer: None }
+        Self { operator, operation, forbidden: None, answer: None, given_up: Arc::default() }
+    }
+
+    /// Whoever asked waits no longer.
+    pub(crate) fn given_up(&self) -> bool {
+        self.given_up.load(Ordering::Acquire)
     }
 
     /// Answers; whoever asked may be gone.
@@ -62,14 +71,18 @@ impl Console {
         limit: Duration,
     ) -> Result<Answer, Refused> {
         let (answer, told) = channel();
-        self.sender.try_send(Pending { operator, operation, forbidden, answer: Some(answer) }).map_err(|error| {
-            match error {
+        let given_up = Arc::new(AtomicBool::new(false));
+        let shared = Arc::clone(&given_up);
+        self.sender
+            .try_send(Pending { operator, operation, forbidden, answer: Some(answer), given_up: shared })
+            .map_err(|error| match error {
                 TrySendError::Full(_) => Refused::new("busy", "too many wishes wait for the plant; try again"),
                 TrySendError::Disconnected(_) => Refused::new("gone", "the plant has ended"),
-            }
-        })?;
-        told.recv_timeout(limit)
-            .unwrap_or_else(|_| Err(Refused::new("gone", "the plant has not answered; it may have ended")))
+            })?;
+        told.recv_timeout(limit).unwrap_or_else(|_| {
+            given_up.store(true, Ordering::Release);
+            Err(Refused::new("gone", "the plant has not answered, and does not do it any more; it may have ended"))
+        })
     }
 }
 

@@ -31,6 +31,21 @@ impl Plant {
         }
     }
 
+    /// A lane that has stopped or faulted takes no force any more.
+    fn runs(&self, location: Location) -> Result<(), Refused> {
+        let lane = location.region as usize;
+        if lane < self.model.lanes.len() { self.lane_runs(lane) } else { Ok(()) }
+    }
+
+    /// When a change of a force is seen, if that is not at once.
+    fn when(&self, location: Location) -> String {
+        let waits = |l: &&crate::model::Lane| l.interrupt.as_ref().is_some_and(|i| !i.poll && i.also_with.is_none());
+        match self.model.lanes.get(location.region as usize).filter(waits) {
+            Some(lane) => format!(", from the next edge of lane `{}` on", lane.name),
+            None => String::new(),
+        }
+    }
+
     /// The tag whose own cell stands at a place.
     fn origin(&self, location: Location) -> Option<TagId> {
         let own = |id: &TagId| self.layout.tags.get(*id).source == latchwork_image::Source::Cell(location);
@@ -40,7 +55,7 @@ impl Plant {
     pub(super) fn is_forced(&self, id: TagId) -> bool {
         let Ok(Resolved::Cell { location, .. }) = self.layout.tags.resolve(id) else { return false };
         self.forces.list().next().is_some()
-            && self.forces.list().any(|(forced, _)| {
+            && self.forces.list().filter(|(forced, _)| !is_quality(*forced)).any(|(forced, _)| {
                 matches!(self.layout.tags.resolve(forced), Ok(Resolved::Cell { location: l, .. }) if l == location)
             })
     }
@@ -61,19 +76,25 @@ impl Plant {
         let Location { region, slot, bit, quality } = location;
         let forced = |cell| Forced { cell, user: operator.user.clone(), since: now };
         let busy = |e: latchwork_image::ForceError| Refused::new("busy", e.to_string());
-        self.forces.force(id, region as usize, slot, bit, forced(cell)).map_err(busy)?;
+        self.runs(location)?;
         // An input whose device is gone has a value now.
         let of_driver = region as usize >= self.model.lanes.len();
         if let (Some(quality), true) = (quality, of_driver) {
             let good = Quality::Good.cell();
             self.forces.force(quality_id(id), region as usize, quality, None, forced(good)).map_err(busy)?;
         }
+        if let Err(error) = self.forces.force(id, region as usize, slot, bit, forced(cell)) {
+            if let Some(quality) = quality {
+                let _ = self.forces.unforce(quality_id(id), quality, None);
+            }
+            return Err(busy(error));
+        }
         let tag = self.layout.tags.get(id).name.clone();
         let mut draft = Self::did(now, Kind::Audit, &tag, "forced", operator);
         (draft.previous, draft.current) = (ty.value(before), ty.value(cell));
         draft.priority = 96;
         self.tell(draft, Vec::new());
-        let held = format!("{tag} is held at {}", ty.format(cell));
+        let held = format!("{tag} is held at {}{}", ty.format(cell), self.when(location));
         Ok(vec![if tag == name { held } else { format!("{held}: `{name}` shows it") }])
     }
 
@@ -103,7 +124,7 @@ impl Plant {
             draft.previous = tag.ty.value(forced.cell);
             draft.priority = 96;
             self.tell(draft, Vec::new());
-            done.push(format!("{} is no longer held", tag.name));
+            done.push(format!("{} is no longer held{}", tag.name, self.when(location)));
         }
         Ok(done)
     }

@@ -131,10 +131,9 @@ impl Operation {
             Self::Read { .. } | Self::ReadValues { .. } | Self::Forces | Self::Alarms { .. } | Self::Status => "view",
             Self::Set { .. } | Self::WriteValues { .. } | Self::DiscardValues { .. } => "set",
             Self::Force { .. } | Self::Unforce { .. } => "force",
-            Self::Command { .. } => "command",
+            Self::Command { .. } | Self::Heartbeat => "command",
             Self::Acknowledge { .. } | Self::Reset { .. } => "alarm",
             Self::Shelve { .. } | Self::Unshelve { .. } | Self::OutOfService { .. } => "shelve",
-            Self::Heartbeat => "view",
         }
     }
 }

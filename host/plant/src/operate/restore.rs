@@ -4,8 +4,9 @@ use super::{commands, settings};
 use crate::assemble::Plant;
 use crate::lane::Mode;
 use crate::model::TagRef;
+use latchwork_alarm::CodeKind;
 use latchwork_block::Ticker;
-use latchwork_record::{Draft, Kind};
+use latchwork_record::{Draft, Kept, Kind};
 use serde::Deserialize;
 use std::collections::BTreeMap;
 use std::time::Duration;
@@ -58,7 +59,16 @@ impl Plant {
 
     fn restore_command(&mut self, name: &str) {
         // A command that the plant no longer has is nobody's.
-        let Ok((_, TagRef::Command { block, bit })) = self.tag(name) else { return };
+        let Ok((_, what @ TagRef::Command { block, bit })) = self.tag(name) else { return };
+        let mut draft = Draft::new(0, Kind::Command, name, "restored");
+        if self.command_kind(what) != CodeKind::CommandRetained {
+            draft.transition = "forgotten".into();
+            draft.text = "it was retained, and its rule says no longer that it is".into();
+            let name = format!("{}{name}", commands::PREFIX);
+            return self.tell(draft, vec![Kept { name, value: None }]);
+        }
+        draft.current = latchwork_image::Value::Boolean(true);
+        self.tell(draft, Vec::new());
         self.desk.standing.insert((block, bit), true);
         if let Err(why) = self.send_command(block, bit, Mode::Level(true)) {
             self.lament(name, why);
@@ -81,7 +91,8 @@ impl Plant {
             let mut draft = Draft::new(0, Kind::Setting, name, "replaced");
             (draft.previous, draft.current) = (latchwork_image::Value::Text(kept.value), ty.value(of_file));
             draft.text = "the plant file has a new value, which counts".into();
-            self.tell(draft, Vec::new());
+            let name = format!("{}{name}", settings::PREFIX);
+            self.tell(draft, vec![Kept { name, value: None }]);
             return None;
         }
         match ty.parse(&kept.value) {

@@ -8,6 +8,8 @@ use latchwork_record::{Draft, Kept, Kind};
 
 /// Priority of a record of what an operator did.
 const PRIORITY: u8 = 32;
+/// Wishes heard in one turn at most; one that reads ends it.
+const WISHES: usize = 16;
 /// Priority of a record of what an operator must not do.
 const FORBIDDEN: u8 = 128;
 
@@ -39,8 +41,17 @@ impl Plant {
 
     /// Hears all wishes that wait and what the lanes said to earlier ones, at plant time `now`, ns.
     pub(crate) fn serve(&mut self, now: u64) {
-        while let Some(pending) = self.desk.wishes.as_ref().and_then(|w| w.next()) {
-            self.wish(pending, now);
+        // Not all at once: whoever reads much must not keep the lanes' queues from being emptied.
+        for _ in 0..WISHES {
+            let Some(pending) = self.desk.wishes.as_ref().and_then(|w| w.next()) else { break };
+            let reads = matches!(pending.operation, Operation::Read { .. } | Operation::Alarms { .. });
+            if !pending.given_up() {
+                self.wish(pending, now);
+                self.router.collect();
+            }
+            if reads {
+                break;
+            }
         }
         self.configured(now);
         self.supervise(now);

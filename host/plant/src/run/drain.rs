@@ -56,6 +56,9 @@ impl Plant {
     }
 
     fn alarm_wish(&mut self, (pending, wish): (Pending, AlarmWish), time: u64, observer: &mut dyn Observer) {
+        if pending.given_up() {
+            return;
+        }
         let mut told = Vec::new();
         let result = self.annunciator.operate(&wish, &pending.operator, time, &mut told);
         self.announce(told, observer);

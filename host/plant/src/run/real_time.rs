@@ -21,6 +21,9 @@ use std::time::Duration;
 const HOUSEKEEPING: u64 = 5_000_000;
 /// Records wait this long for older ones of other lanes, ns.
 const SETTLE: u64 = 20_000_000;
+/// No longer than this do records wait for those of a scan that has not ended, ns: beyond it, order is worth less than
+/// alarms that are seen. What comes later keeps its time and follows.
+const HOLD: u64 = 3_000_000_000;
 /// Lanes wait this long for the first reading of every driver, ns: a block need not see zeros that nobody has read.
 const FIRST_READING: u64 = 1_000_000_000;
 /// Time the drivers have to write their safe values.
@@ -134,7 +137,8 @@ pub fn run_real(
         plant.serve(now);
         plant.sim.publish(now);
         plant.supervisor.pump();
-        plant.drain(now.saturating_sub(SETTLE).min(threads.oldest(&plant.oldest)), now, observer);
+        let oldest = threads.oldest(&plant.oldest).max(now.saturating_sub(HOLD));
+        plant.drain(now.saturating_sub(SETTLE).min(oldest), now, observer);
         let over = options.duration.is_some_and(|d| now >= d)
             || (options.scans.is_some() && threads.finished(counted))
             || threads.lanes.iter().all(|(_, t)| t.is_finished())
