@@ -145,7 +145,7 @@ impl Rig {
         }
         let types: HashMap<TagId, _> =
             plant.layout.tags.iter().map(|(id, t)| (id, (t.name.clone(), t.ty.clone()))).collect();
-        let mut log = Log::default();
+        let mut log = Log { kept: self.kept.clone(), ..Log::default() };
         let outcome = run_virtual(plant, &options, &AtomicBool::new(false), &mut log);
         let row = |c: &Change| {
             let (name, ty) = &types[&c.tag];

@@ -192,6 +192,7 @@ fn execute(plant: &Plant, operation: &Operation) -> Result<Answer, Refused> {
             group: String::new(),
             first_out: true,
             condition: true,
+            quality: "good",
             raised: 1,
             shelved_until: 0,
             seq: 17,

@@ -23,7 +23,6 @@ pub(super) fn execute(args: &Set) -> Result<Exit> {
             Ok(answer) => say_done(reach, answer)?,
             Err(error) => {
                 report::error(&error.into());
-                stays_staged(&client);
                 return Ok(Exit::Wanting);
             }
         }
@@ -35,16 +34,6 @@ pub(super) fn execute(args: &Set) -> Result<Exit> {
 fn staged(args: &Set) -> Option<(&str, &'static str)> {
     let write = args.write.as_deref().map(|block| (block, "write"));
     write.or_else(|| args.discard.as_deref().map(|block| (block, "discard")))
-}
-
-/// What a block has refused is staged still, and would be tried again with the next value.
-fn stays_staged(client: &Client) {
-    let staged = client.get::<Value>("/v1/status", &[]).ok().and_then(|s| s["staged"].as_u64());
-    if staged.is_some_and(|n| n > 0) {
-        eprintln!(
-            "note: values are staged still: `latchwork set --show BLOCK` shows them, `latchwork set --discard BLOCK` forgets them"
-        );
-    }
 }
 
 fn show(client: &Client, reach: &Reach, block: &str) -> Result<()> {

@@ -82,7 +82,12 @@ fn settings_are_shown_staged_written_refused_and_discarded() {
     // Two that fit together only, at once.
     plant.does(&["set", "unit.settings.low-limit=52", "unit.settings.high-limit=55"]);
     let why = plant.refuses(&["set", "unit.settings.low-limit=60"]);
-    assert!(why.contains("`unit` refuses the settings") && why.contains("latchwork set --discard BLOCK"), "{why}");
+    assert!(why.contains("`unit` refuses the settings"), "{why}");
+    // What was refused is not tried again with the next value, and what others stage is theirs.
+    plant.does(&["set", "unit.settings.veracity-time=70ms", "--stage"]);
+    plant.does(&["set", "unit.settings.pulse=301ms"]);
+    assert!(plant.does(&["set", "--show", "unit"]).contains("unit.settings.veracity-time (staged)"));
+    plant.does(&["set", "unit.settings.pulse=300ms"]);
     let why = plant.refuses(&["set", "unit.settings.pulse=soon"]);
     assert!(why.contains("unit.settings.pulse"), "{why}");
     assert!(plant.refuses(&["set", "unit.settings.puls=1s"]).contains("did you mean `unit.settings.pulse`?"));

@@ -33,6 +33,7 @@ impl Annunciator {
             group: member.group.clone().unwrap_or_default(),
             first_out: self.alarms.is_first_out(alarm),
             condition: state.condition,
+            quality: "good",
             raised: member.raised,
             shelved_until: state.shelved.unwrap_or(0),
             seq: member.seq,

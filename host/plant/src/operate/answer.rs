@@ -39,6 +39,8 @@ pub struct AlarmRow {
     pub first_out: bool,
     /// The condition is there now, whatever hides it.
     pub condition: bool,
+    /// Quality of the condition; `bad` where its block or device is out of order, and the condition is the last one known.
+    pub quality: &'static str,
     /// When it was raised last, ns since 1970; 0: never.
     pub raised: u64,
     /// Until when it is shelved, ns since 1970; 0: it is not.

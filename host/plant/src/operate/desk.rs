@@ -1,12 +1,13 @@
 //! What operators have under way, and where their own values stand.
 
-use super::{Operator, Pending, Wishes};
+use super::{Answer, Operator, Pending, Refused, Wishes};
 use crate::alarms::AlarmWish;
 use crate::layout::Layout;
 use crate::model::{Model, TagRef};
 use latchwork_image::{RegionReader, RegionWriter, TagId};
 use latchwork_record::{Draft, Kept};
 use std::collections::{BTreeMap, HashMap};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 /// What waits in the router between the entries of the lanes.
 pub enum Wish {
@@ -20,13 +21,70 @@ pub enum Wish {
 pub(super) struct Configuring {
     pub(super) number: u64,
     pub(super) block: usize,
-    /// Ports that change.
-    pub(super) ports: Vec<usize>,
+    /// What changes, by port.
+    pub(super) ports: BTreeMap<usize, u64>,
     pub(super) operator: Operator,
-    /// Who waits; `None` once they were told that it takes longer.
-    pub(super) pending: Option<Pending>,
+    /// The wish it is a part of.
+    pub(super) ticket: Arc<Mutex<Ticket>>,
     /// Plant time of the wish, ns.
     pub(super) asked: u64,
+}
+
+impl Configuring {
+    pub(super) fn ticket(&self) -> MutexGuard<'_, Ticket> {
+        // It is whole between any two statements that could panic.
+        self.ticket.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+/// A wish that several blocks have to answer.
+pub(super) struct Ticket {
+    /// Who waits; `None` once they have been answered.
+    pub(super) pending: Option<Pending>,
+    /// Blocks that have not answered.
+    pub(super) left: usize,
+    pub(super) done: Vec<String>,
+    pub(super) refused: Option<Refused>,
+}
+
+impl Ticket {
+    pub(super) fn taken(&mut self, sentences: Vec<String>) {
+        self.done.extend(sentences);
+        self.answered();
+    }
+
+    pub(super) fn refused(&mut self, why: Refused) {
+        self.refused.get_or_insert(why);
+        self.answered();
+    }
+
+    fn answered(&mut self) {
+        self.left -= 1;
+        if self.left == 0 {
+            self.answer();
+        }
+    }
+
+    /// Answers now; what comes later is on record alone.
+    pub(super) fn give_up_waiting(&mut self, sentence: String) {
+        if self.pending.is_some() {
+            self.done.push(sentence);
+            self.answer();
+        }
+    }
+
+    fn answer(&mut self) {
+        let Some(pending) = self.pending.take() else { return };
+        let done = std::mem::take(&mut self.done);
+        pending.answer(match self.refused.take() {
+            Some(mut why) if !done.is_empty() => {
+                why.message += &format!("; but {}", done.join(", and "));
+                Err(why)
+            }
+            Some(why) => Err(why),
+            None => Ok(Answer::Done { done }),
+        });
+    }
 }
 
 /// The operators' side of a plant.

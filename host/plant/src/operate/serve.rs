@@ -70,19 +70,19 @@ impl Plant {
         let operator = pending.operator.clone();
         let result = match &pending.operation {
             Operation::Read { tags } => self.read_tags(tags).map(Answer::Tags),
-            Operation::Alarms { all } => Ok(Answer::Alarms(self.annunciator.rows(*all))),
+            Operation::Alarms { all } => Ok(Answer::Alarms(self.alarm_rows(*all))),
             Operation::Forces => Ok(Answer::Forces(self.forced())),
             Operation::Status => Ok(Answer::Status(self.status(now))),
             Operation::Heartbeat => Ok(done(self.hear(now))),
             Operation::ReadValues { block } => self.read_values(block).map(Answer::Tags),
-            Operation::Set { values, write } => match self.stage(values, &operator, now) {
-                Ok(staged) if *write && !staged.blocks.is_empty() => {
-                    return self.write_blocks(&staged.blocks, pending, now);
+            Operation::Set { values, write } => match self.stage(values, *write, &operator, now) {
+                Ok(staged) if *write && !staged.settings.is_empty() => {
+                    return self.write_settings(staged.settings, staged.done, pending, now);
                 }
                 staged => staged.map(|s| done(s.done)),
             },
-            Operation::WriteValues { block } => match self.staged_block(block) {
-                Ok(block) => return self.write_blocks(&[block], pending, now),
+            Operation::WriteValues { block } => match self.staged(block) {
+                Ok(staged) => return self.write_settings(staged, Vec::new(), pending, now),
                 Err(refused) => Err(refused),
             },
             Operation::DiscardValues { block } => self.discard(block, &operator, now).map(done),
@@ -97,6 +97,12 @@ impl Plant {
             self.tell(draft, Vec::new());
         }
         pending.answer(result);
+    }
+
+    /// Refuses a wish, on record.
+    pub(super) fn refuse(&mut self, pending: Pending, why: Refused, now: u64) {
+        self.tell(pending.refusal(now, &why.message), Vec::new());
+        pending.answer(Err(why));
     }
 
     /// A record in its turn.

@@ -1,7 +1,6 @@
 //! Settings: staged, written to the block through its `configure`, read back.
 
-use super::desk::Configuring;
-use super::serve::done;
+use super::desk::{Configuring, Ticket};
 use super::tags::shown;
 use super::{Operator, Pending, Refused, TagRow};
 use crate::assemble::Plant;
@@ -10,17 +9,21 @@ use crate::model::TagRef;
 use latchwork_image::nearest;
 use latchwork_record::{Kept, Kind};
 use serde_json::json;
+use std::collections::BTreeMap;
+use std::sync::{Arc, Mutex};
 
 /// Beginning of the names that written settings are kept under.
 pub(super) const PREFIX: &str = "setting/";
 /// After so long, ns of plant time, whoever waits is told that the lane has not executed yet.
 const PATIENCE: u64 = 2_000_000_000;
 
-/// What was staged.
+/// Settings to write: by block and port.
+pub(super) type Writes = BTreeMap<usize, BTreeMap<usize, u64>>;
+
+/// What was staged, and what was set at once.
 pub(super) struct Staged {
     pub(super) done: Vec<String>,
-    /// Blocks with staged settings among what was set.
-    pub(super) blocks: Vec<usize>,
+    pub(super) settings: Writes,
 }
 
 impl Plant {
@@ -28,6 +31,7 @@ impl Plant {
     pub(super) fn stage(
         &mut self,
         values: &[(String, String)],
+        write: bool,
         operator: &Operator,
         now: u64,
     ) -> Result<Staged, Refused> {
@@ -52,17 +56,17 @@ impl Plant {
                 }
             }
         }
-        let (mut done, mut blocks) = (Vec::new(), Vec::new());
+        let (mut done, mut writes) = (Vec::new(), Writes::new());
         for (name, ty, block, port, cell) in settings {
             let effective = self.desk.cells[self.layout.settings[block].start + port];
             self.desk.staged.entry(block).or_default().insert(port, cell);
             let mut draft = Self::did(now, Kind::Setting, name, "staged", operator);
             (draft.previous, draft.current) = (ty.value(effective), ty.value(cell));
             self.tell(draft, Vec::new());
-            done.push(format!("{name}: {} is staged, {} is in effect", ty.format(cell), ty.format(effective)));
-            if !blocks.contains(&block) {
-                blocks.push(block);
+            if !write {
+                done.push(format!("{name}: {} is staged, {} is in effect", ty.format(cell), ty.format(effective)));
             }
+            writes.entry(block).or_default().insert(port, cell);
         }
         for (name, id, ty, cell) in points {
             let Some((place, _)) = self.sim.find(name) else { continue };
@@ -73,7 +77,7 @@ impl Plant {
             self.tell(draft, Vec::new());
             done.push(format!("{name} is {} now", ty.format(cell)));
         }
-        Ok(Staged { done, blocks })
+        Ok(Staged { done, settings: writes })
     }
 
     fn block(&self, name: &str) -> Result<usize, Refused> {
@@ -84,48 +88,51 @@ impl Plant {
         })
     }
 
-    /// A block with staged settings.
-    pub(super) fn staged_block(&self, name: &str) -> Result<usize, Refused> {
+    /// All that is staged for a block.
+    pub(super) fn staged(&self, name: &str) -> Result<Writes, Refused> {
         let block = self.block(name)?;
-        if self.desk.staged.get(&block).is_some_and(|s| !s.is_empty()) {
-            return Ok(block);
+        if let Some(staged) = self.desk.staged.get(&block).filter(|s| !s.is_empty()) {
+            return Ok([(block, staged.clone())].into());
         }
         Err(Refused::new("state", format!("nothing is staged for `{name}`; stage settings with `set`")))
     }
 
-    /// Sends the staged settings of blocks on their way; the answer comes when the blocks have taken them.
-    pub(super) fn write_blocks(&mut self, blocks: &[usize], pending: Pending, now: u64) {
-        let mut pending = Some(pending);
-        for (at, block) in blocks.iter().enumerate() {
-            let Some(operator) = pending.as_ref().map(|p| p.operator.clone()) else { return };
-            let staged = self.desk.staged.get(block).cloned().unwrap_or_default();
-            let range = self.layout.settings[*block].clone();
+    /// Sends settings on their way to their blocks; the answer comes when each of them has taken or refused its own.
+    pub(super) fn write_settings(&mut self, writes: Writes, done: Vec<String>, pending: Pending, now: u64) {
+        let busy = |name: &str, why: &str| Refused::new("busy", format!("`{name}`: {why}"));
+        let blocks = &self.model.blocks;
+        for block in writes.keys() {
+            if self.desk.configuring.iter().any(|c| c.block == *block) {
+                let why = busy(&blocks[*block].name, "settings are on their way to it already; try again");
+                return self.refuse(pending, why, now);
+            }
+            if let Err(why) = self.lane_runs(blocks[*block].lane) {
+                return self.refuse(pending, why, now);
+            }
+        }
+        let operator = pending.operator.clone();
+        let ticket = Ticket { pending: Some(pending), left: writes.len(), done, refused: None };
+        let ticket = Arc::new(Mutex::new(ticket));
+        for (block, ports) in writes {
+            let range = self.layout.settings[block].clone();
             let mut cells: Box<[u64]> = self.desk.cells[range].into();
-            staged.iter().for_each(|(port, cell)| cells[*port] = *cell);
+            ports.iter().for_each(|(port, cell)| cells[*port] = *cell);
             self.desk.number += 1;
             let number = self.desk.number;
-            let request = Request::Configure { block: self.desk.places[*block], number, cells };
-            if self.supervisor.send(self.model.blocks[*block].lane, request).is_err() {
-                let message = "the lane has not taken earlier requests; does it run?";
-                if let Some(pending) = pending.take() {
-                    pending.answer(Err(Refused::new("busy", message)));
-                }
-                return;
-            }
-            // The last block's answer is everybody's: a lane takes requests in their order.
-            let last = at + 1 == blocks.len();
-            let waits = if last { pending.take() } else { None };
-            let ports = staged.into_keys().collect();
-            self.desk.configuring.push(Configuring {
+            let request = Request::Configure { block: self.desk.places[block], number, cells };
+            let configuring = Configuring {
                 number,
-                block: *block,
+                block,
                 ports,
-                operator,
-                pending: waits,
+                operator: operator.clone(),
+                ticket: Arc::clone(&ticket),
                 asked: now,
-            });
-            if last {
-                return;
+            };
+            if self.supervisor.send(self.model.blocks[block].lane, request).is_ok() {
+                self.desk.configuring.push(configuring);
+            } else {
+                let why = "its lane has not taken earlier requests; does it run?";
+                self.not_taken(configuring, "busy", why, now);
             }
         }
     }
@@ -137,58 +144,56 @@ impl Plant {
                 let at = self.desk.configuring.iter().position(|c| c.number == answer.number);
                 if let Some(at) = at {
                     let configuring = self.desk.configuring.remove(at);
-                    self.taken(configuring, &answer, now);
+                    match &answer.result {
+                        Ok(()) => self.taken(configuring, &answer, now),
+                        Err(why) => self.not_taken(configuring, "value", why.as_str(), now),
+                    }
                 }
             }
         }
-        for configuring in &mut self.desk.configuring {
-            if now.saturating_sub(configuring.asked) > PATIENCE
-                && let Some(pending) = configuring.pending.take()
-            {
+        for configuring in &self.desk.configuring {
+            if now.saturating_sub(configuring.asked) > PATIENCE {
                 let name = &self.model.blocks[configuring.block].name;
                 let sentence = format!("{name}: its lane has not executed yet; it takes the settings when it does");
-                pending.answer(Ok(done(vec![sentence])));
+                configuring.ticket().give_up_waiting(sentence);
             }
         }
     }
 
-    fn taken(&mut self, configuring: Configuring, answer: &Configured, now: u64) {
-        let Configuring { block, ports, operator, pending, .. } = configuring;
-        let model = std::sync::Arc::clone(&self.model);
-        let name = &model.blocks[block].name;
-        if let Err(why) = &answer.result {
-            let sentence = format!("`{name}` refuses the settings: {}", why.as_str());
-            let mut draft = Self::did(now, Kind::Setting, name, "refused", &operator);
-            draft.text = format!("write-values: {}; {}", why.as_str(), draft.text);
-            self.tell(draft, Vec::new());
-            if let Some(pending) = pending {
-                pending.answer(Err(Refused::new("value", sentence)));
-            }
-            return;
+    /// A block that does not take settings: they are not staged any more, or the next ones would fail with them.
+    fn not_taken(&mut self, configuring: Configuring, reason: &'static str, why: &str, now: u64) {
+        let name = self.model.blocks[configuring.block].name.clone();
+        if let Some(staged) = self.desk.staged.get_mut(&configuring.block) {
+            staged.retain(|port, cell| configuring.ports.get(port) != Some(cell));
         }
+        let mut draft = Self::did(now, Kind::Setting, &name, "refused", &configuring.operator);
+        draft.text = format!("write-values: {why}; {}", draft.text);
+        self.tell(draft, Vec::new());
+        configuring.ticket().refused(Refused::new(reason, format!("`{name}` refuses the settings: {why}")));
+    }
+
+    fn taken(&mut self, configuring: Configuring, answer: &Configured, now: u64) {
+        let block = configuring.block;
+        let model = Arc::clone(&self.model);
         let start = self.layout.settings[block].start;
         let mut sentences = Vec::new();
-        for port in ports {
-            let (tag, ty) = (TagRef::Setting { block, port }, &model.blocks[block].class.settings[port].ty);
-            let tag = model.tag_name(tag);
-            let (before, cell) = (self.desk.cells[start + port], answer.cells[port]);
-            let of_file = self.desk.of_file[start + port];
-            let kept = json!({ "value": ty.format(cell), "file": ty.format(of_file) });
-            let value = (cell != of_file).then(|| kept.to_string());
-            let mut draft = Self::did(now, Kind::Setting, &tag, "written", &operator);
-            (draft.previous, draft.current) = (ty.value(before), ty.value(cell));
+        for (port, cell) in &configuring.ports {
+            let ty = &model.blocks[block].class.settings[*port].ty;
+            let tag = model.tag_name(TagRef::Setting { block, port: *port });
+            let (before, of_file) = (self.desk.cells[start + port], self.desk.of_file[start + port]);
+            let kept = json!({ "value": ty.format(*cell), "file": ty.format(of_file) });
+            let value = (*cell != of_file).then(|| kept.to_string());
+            let mut draft = Self::did(now, Kind::Setting, &tag, "written", &configuring.operator);
+            (draft.previous, draft.current) = (ty.value(before), ty.value(*cell));
             self.tell(draft, vec![Kept { name: format!("{PREFIX}{tag}"), value }]);
-            sentences.push(format!("{tag} is {} now, it was {}", ty.format(cell), ty.format(before)));
-            // What was staged in the meantime stays.
-            let staged = self.desk.staged.entry(block).or_default();
-            if staged.get(&port) == Some(&cell) {
-                staged.remove(&port);
-            }
+            sentences.push(format!("{tag} is {} now, it was {}", ty.format(*cell), ty.format(before)));
+        }
+        // What was staged in the meantime stays.
+        if let Some(staged) = self.desk.staged.get_mut(&block) {
+            staged.retain(|port, cell| configuring.ports.get(port) != Some(cell));
         }
         self.take_settings(block, &answer.cells, now);
-        if let Some(pending) = pending {
-            pending.answer(Ok(done(sentences)));
-        }
+        configuring.ticket().taken(sentences);
     }
 
     /// New settings are in effect: shown, and what a restarted block gets.
@@ -202,11 +207,15 @@ impl Plant {
     }
 
     pub(super) fn discard(&mut self, name: &str, operator: &Operator, now: u64) -> Result<Vec<String>, Refused> {
-        let block = self.staged_block(name)?;
-        let staged = self.desk.staged.remove(&block).unwrap_or_default();
+        let staged = self.staged(name)?;
+        let count: usize = staged.values().map(BTreeMap::len).sum();
+        if self.desk.configuring.iter().any(|c| staged.contains_key(&c.block)) {
+            return Err(Refused::new("busy", format!("`{name}`: settings are on their way to it; try again")));
+        }
+        staged.keys().for_each(|block| drop(self.desk.staged.remove(block)));
         let draft = Self::did(now, Kind::Setting, name, "discarded", operator);
         self.tell(draft, Vec::new());
-        Ok(vec![format!("{name}: {} staged settings are forgotten", staged.len())])
+        Ok(vec![format!("{name}: {count} staged settings are forgotten")])
     }
 
     /// Settings of a block: in effect; after each one that is staged, with the tag's name and ` (staged)`, that value.

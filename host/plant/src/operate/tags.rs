@@ -1,6 +1,6 @@
 //! Tags by name or glob, with their values.
 
-use super::{Refused, TagRow};
+use super::{AlarmRow, Refused, TagRow};
 use crate::assemble::Plant;
 use crate::model::TagRef;
 use globset::{Glob, GlobMatcher};
@@ -70,6 +70,15 @@ impl Plant {
             }
         };
         Ok(chosen.iter().enumerate().map(row).collect())
+    }
+
+    /// Alarms, with the quality of what they hang on.
+    pub(super) fn alarm_rows(&self, all: bool) -> Vec<AlarmRow> {
+        let mut rows = self.annunciator.rows(all);
+        let ids: Vec<_> = rows.iter().map(|row| self.layout.tags.find(&row.alarm).unwrap_or(TagId(0))).collect();
+        let view = self.view(&ids);
+        rows.iter_mut().enumerate().for_each(|(at, row)| row.quality = view.quality(at).name());
+        rows
     }
 
     /// The cell of a tag now.

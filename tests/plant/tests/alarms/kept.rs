@@ -63,3 +63,32 @@ fn what_cannot_be_read_is_told_and_begins_anew() {
     let lament = after.records.iter().find(|r| r.transition == "not-restored").expect("a record");
     assert!(lament.text.contains("a.alarms.alarm"), "{}", lament.text);
 }
+
+#[test]
+fn the_first_of_a_group_is_the_first_after_a_restart_too() {
+    const GROUP: &str = "[[alarm]]\nmatch = '.*\\.alarms\\.alarm'\ncode = 0xC000\ngroup = \"g\"\ntext = \"t\"\n";
+    let before = plant(GROUP).stimulus("10ms,field.a,true\n20ms,field.a,false\n").run_for(50 * MS);
+    let after = plant(GROUP).after(&before.kept).stimulus("10ms,field.b,true\n20ms,field.a,true\n").run_for(50 * MS);
+    let raised: Vec<_> = after.records.iter().filter(|r| r.transition == "raised").map(|r| r.text.as_str()).collect();
+    assert_eq!(raised, ["t (the first of group g)", "t"]);
+}
+
+#[test]
+fn a_retained_command_outlives_a_restart_and_no_change_of_its_rule() {
+    let kept = [("command/a.commands.block".to_owned(), "true".to_owned())].into();
+    let rule = |code: &str| plant(&format!("[[alarm]]\nmatch = 'a\\.commands\\.block'\ncode = {code}\n")).after(&kept);
+    let still = rule("0xA080").run_for(50 * MS);
+    assert_eq!(still.at("a.commands.block", 40 * MS), "true");
+    assert!(still.records.iter().any(|r| r.source == "a.commands.block" && r.transition == "restored"));
+    let gone = rule("0x9080").run_for(50 * MS);
+    assert_eq!(gone.at("a.commands.block", 40 * MS), "false");
+    assert!(gone.records.iter().any(|r| r.source == "a.commands.block" && r.transition == "forgotten"));
+}
+
+#[test]
+fn what_can_no_longer_be_told_suppresses_nothing_after_a_restart() {
+    let before = plant(RULES).stimulus("10ms,field.off,true\n").run_for(50 * MS);
+    let rules = "[[alarm]]\nmatch = '.*\\.alarms\\.alarm'\ncode = 0xC000\n";
+    let after = plant(rules).after(&before.kept).stimulus("20ms,field.a,true\n").run_for(50 * MS);
+    assert_eq!(told(&after), ["20 a raised normal>active"]);
+}

@@ -63,3 +63,19 @@ fn settings_are_staged_then_written_through_the_block_then_shown() {
     );
     assert!(again.records.iter().any(|r| r.source == "a.settings.delay" && r.transition == "restored"));
 }
+
+#[test]
+fn a_setting_that_the_plant_file_has_changed_does_not_come_back() {
+    let first = plant("").stimulus("40ms,a.settings.delay,50ms\n").run_for(100 * MS);
+    // The plant file says something else now, which counts; then again what it said at first.
+    let file = |delay: &str| {
+        plant(&format!("[block.x]\ncomponent = \"digital-alarm\"\nlane = \"main\"\nsettings.delay = \"{delay}\"\n"))
+    };
+    let mut kept = first.kept;
+    let value = kept.remove("setting/a.settings.delay").expect("it was kept");
+    kept.insert("setting/x.settings.delay".into(), value);
+    let changed = file("20ms").after(&kept).run_for(50 * MS);
+    assert!(changed.records.iter().any(|r| r.source == "x.settings.delay" && r.transition == "replaced"));
+    // What the run forgot is forgotten.
+    assert!(!changed.kept.contains_key("setting/x.settings.delay"));
+}

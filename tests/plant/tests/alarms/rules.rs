@@ -79,3 +79,36 @@ fn a_rule_makes_an_alarm_of_a_tag_that_it_names() {
     ];
     assert_eq!(told(&ran), expected);
 }
+
+#[test]
+fn a_tag_is_named_with_or_without_the_backslashes_of_a_regular_expression() {
+    for pattern in ["field.off", "field\\\\.off", "field\\.off"] {
+        let quote = if pattern.contains("\\\\") { '"' } else { '\'' };
+        let ran = plant(&format!("[[alarm]]\nmatch = {quote}{pattern}{quote}\ncode = 0xC000\n"))
+            .stimulus("20ms,field.off,true\n")
+            .run_for(50 * MS);
+        assert_eq!(told(&ran), ["20 field.off raised normal>active"], "{pattern}");
+    }
+}
+
+#[test]
+fn no_condition_is_lost_when_more_change_at_once_than_a_queue_holds() {
+    // Twice as many alarms as there are places in the lane's queue.
+    let mut text = String::from(
+        "[lane.main]\nevery = \"10ms\"\n[driver.field]\nkind = \"sim\"\n[driver.field.points]\nall = { type = \"bool\" }\n",
+    );
+    for n in 0..2048 {
+        text += &format!(
+            "[block.a{n}]\ncomponent = \"digital-alarm\"\nlane = \"main\"\ninputs.input = \"field.all\"\nbudget = \"100ms\"\n"
+        );
+    }
+    let ran = latchwork_tests_plant::Rig::new(&text)
+        .trace(None)
+        .stimulus("50ms,field.all,true\n400ms,field.all,false\n")
+        .run_for(900 * MS);
+    let count = |word: &str| {
+        let of_word = ran.records.iter().filter(|r| r.transition == word && r.source.ends_with(".alarms.alarm"));
+        of_word.map(|r| r.source.as_str()).collect::<std::collections::BTreeSet<_>>().len()
+    };
+    assert_eq!((count("raised"), count("returned")), (2048, 2048));
+}

@@ -21,6 +21,7 @@ struct Row {
     group: String,
     first_out: bool,
     condition: bool,
+    quality: String,
     raised: u64,
     shelved_until: u64,
     seq: u64,
@@ -53,7 +54,12 @@ fn text(rows: &[Row], colours: bool) -> String {
         if row.shelved_until > 0 {
             notes.push(format!("shelved until {}", time(row.shelved_until)));
         }
-        let condition = if row.condition { "there" } else { "gone" };
+        let condition = match (row.condition, row.quality == "bad") {
+            (true, false) => "there",
+            (false, false) => "gone",
+            (true, true) => "there when last known",
+            (false, true) => "gone when last known",
+        };
         let state = Cell::new(plain(&row.state));
         let state = if colours && row.state == "unacknowledged" { state.fg(Color::Red) } else { state };
         let texts = [condition.to_owned(), time(row.raised), plain(&notes.join(", ")), plain(&row.text)];
@@ -112,6 +118,7 @@ mod tests {
             group: "tank".into(),
             first_out: seq == 7,
             condition: true,
+            quality: "good".into(),
             raised: 1_795_771_800_000_000_000,
             shelved_until: if seq == 9 { 1_795_775_400_000_000_000 } else { 0 },
             seq,
