@@ -25,16 +25,10 @@ pub(crate) fn execute(args: &Bench) -> Result<()> {
     if args.filter.as_deref() == Some("latency") {
         return latency(args);
     }
-    for (package, bench) in [
-        ("latchwork-block", "call"),
-        ("latchwork-tests-plant", "scan"),
-        ("latchwork-record", "journal"),
-        ("latchwork-sink", "sinks"),
-        ("latchwork-cli", "report"),
-        ("latchwork-sink", "component"),
-    ] {
+    for bench in ["call", "scan", "journal", "sinks", "component", "report"] {
         let mut command = cargo();
-        command.args(["bench", "--package", package, "--bench", bench, "--"]).args(&args.filter);
+        // With the very choice of packages that everything else has: another one would build the engine once more.
+        command.args(["bench", "--workspace", "--bench", bench, "--"]).args(&args.filter);
         run(&mut command)?;
     }
     Ok(())
@@ -49,7 +43,7 @@ fn latency(args: &Bench) -> Result<()> {
     let table = target_dir()?.join("latency.md");
     let docs = root().join("docs");
     let mut command = cargo();
-    command.args(["bench", "--package", "latchwork-tests-plant", "--bench", "latency", "--"]);
+    command.args(["bench", "--workspace", "--bench", "latency", "--"]);
     command.arg("--events").arg(args.events.to_string());
     command.arg("--plot").arg(docs.join("latency.svg")).arg("--table").arg(&table);
     if let Some(cpu) = args.cpu {
