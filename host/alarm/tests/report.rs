@@ -205,6 +205,48 @@ fn a_clock_that_is_set_back_makes_no_flood_and_is_told() {
 }
 
 #[test]
+fn a_wrong_time_does_not_make_the_period_longer() {
+    let days = |n: u64| 20_000 * DAY + n * DAY;
+    let busy = |from: u64| raises("a", (0..100).map(move |i| from + i * 2 * M));
+    let wrong = |time: u64| vec![("w", "raised", "unacknowledged", time)];
+    let right = busy(days(1));
+    let alone = report(&right, None, None);
+    for (what, history, raised) in [
+        ("a start without a time", [wrong(5), busy(days(1))].concat(), 100),
+        ("a start without a time in between", [busy(days(0)), wrong(5), busy(days(1))].concat(), 100),
+        ("a clock far ahead", [wrong(days(9_000)), busy(days(1))].concat(), 100),
+        ("two days ahead", [wrong(days(3)), busy(days(1))].concat(), 100),
+        ("silent for a month", [busy(days(0)), busy(days(30))].concat(), 200),
+    ] {
+        let found = report(&history, None, None);
+        assert_eq!(found.raised, raised, "{what}");
+        if raised == 100 {
+            assert_eq!((found.from, found.to, found.bins), (alone.from, alone.to, alone.bins.clone()), "{what}");
+            assert!(found.jumps > 0, "{what}");
+            // What stands since a wrong time stands since the clock was right, as far as anybody knows.
+            assert_eq!(found.now.iter().map(|s| (&*s.alarm, s.since)).collect::<Vec<_>>(), [("w", days(1))], "{what}");
+            assert!(found.stale.is_empty(), "{what}");
+        } else {
+            assert_eq!(found.jumps, 0, "{what}");
+        }
+    }
+    // With a beginning that was asked for, the period ends where the clock is right as well.
+    let history = [busy(days(0)), wrong(days(9_000)), vec![("w", "acknowledged", "active", days(1))], right].concat();
+    let found = report(&history, Some(days(0)), None);
+    assert_eq!((found.to, found.jumps, found.raised), (alone.to, 2, 201));
+    assert!(found.periods() < 200, "{}", found.periods());
+    assert_eq!(found.acknowledged.map(|a| a.longest), Some(0));
+}
+
+#[test]
+fn a_clock_that_is_set_back_is_told_even_between_alarms() {
+    let mut collector = Collector::new(None);
+    [DAY, DAY - HOUR, DAY].into_iter().for_each(|time| collector.moment(time));
+    let report = collector.finish(None);
+    assert_eq!((report.set_back, report.jumps), (1, 0));
+}
+
+#[test]
 fn an_unknown_transition_is_counted_and_changes_nothing() {
     let report = report(&[("a", "raised", "active", 0), ("a", "exploded", "normal", S)], None, None);
     assert_eq!((report.unknown, report.now.len()), (1, 1));

@@ -79,6 +79,15 @@ fn the_list_says_which_rule_gave_what() {
 }
 
 #[test]
+fn control_characters_leave_the_xml_well_formed() {
+    let strange = "[[alarm]]\nmatch = '.*\\.alarms\\.alarm'\ncode = 0xC000\ntext = \"bell\\u0007 \\uFFFF,\\nline\"\ngroup = \"a\\u001Bb\"\n";
+    let folder = plant(strange);
+    let xml = said(folder.path(), &["alarms", "codes", "plant.toml", "--format", "xml"]);
+    assert!(xml.contains("<text>bell\u{fffd} \u{fffd},\nline</text>"), "{xml}");
+    assert!(xml.contains("group=\"a\u{fffd}b\""), "{xml}");
+}
+
+#[test]
 fn without_rules_nothing_has_a_code() {
     let folder = plant("");
     let out = said(folder.path(), &["alarms", "codes", "plant.toml"]);

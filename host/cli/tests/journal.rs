@@ -1,7 +1,8 @@
 //! `run --data`, `journal verify`, `journal export`: records that outlive the process.
 
-use latchwork_record::Kind;
-use latchwork_record::journal::{Filter, Reader};
+use latchwork_image::Value;
+use latchwork_record::journal::{Filter, Journal, Options, Reader};
+use latchwork_record::{Kind, Record};
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 use std::time::Duration;
@@ -144,6 +145,55 @@ fn an_orderly_run_is_in_the_journal_whole_and_can_be_exported() {
     let rows = csv::Reader::from_reader(text.as_bytes()).records().filter_map(Result::ok).count();
     let early = out.lines().filter(|l| l.contains("\"time\":\"1970-01-01T00:00:00.") && *l < "~").count();
     assert!(rows > 100 && rows < early, "{rows} of {early}");
+}
+
+#[test]
+fn the_summary_counts_the_records_of_its_own_run() {
+    let folder = TempDir::new().expect("a folder");
+    let (plant, records) = (plant(folder.path()), folder.path().join("records.jsonl"));
+    for _ in 0..2 {
+        let output = latchwork()
+            .args(["run", "--speed", "max", "--for", "100ms", "--data"])
+            .arg(folder.path().join("data"))
+            .arg("--records")
+            .arg(&records)
+            .arg(&plant)
+            .output()
+            .expect("latchwork starts");
+        let said = String::from_utf8(output.stdout).expect("UTF-8");
+        let count = std::fs::read_to_string(&records).expect("records").lines().count();
+        assert!(count > 10 && said.contains(&format!("\n{count} records (")), "{count}: {said}");
+    }
+}
+
+#[test]
+fn no_text_in_a_csv_is_a_formula() {
+    let folder = TempDir::new().expect("a folder");
+    let record = |seq, source: &str, text: &str, current| Record {
+        seq,
+        time: seq,
+        kind: Kind::Audit,
+        source: source.into(),
+        transition: "written".into(),
+        previous: Value::Integer(-1),
+        current,
+        priority: 0,
+        user: "@anna".into(),
+        text: text.into(),
+    };
+    let (mut journal, _) = Journal::open(folder.path(), Options::default()).expect("a journal");
+    journal.push(&record(1, "+x", "=HYPERLINK(\"http://x\")", Value::Text("-2+3".into())));
+    journal.push(&record(2, "x", "a = b", Value::Real(-0.5)));
+    assert_eq!(journal.close(), 0);
+    let (code, out, _) = run(&["journal", "export", "--format", "csv"], folder.path());
+    assert_eq!(code, Some(0));
+    let mut reader = csv::Reader::from_reader(out.as_bytes());
+    let rows: Vec<Vec<String>> =
+        reader.records().map(|r| r.expect("a row").iter().skip(3).map(String::from).collect()).collect();
+    assert_eq!(rows[0], ["'+x", "written", "-1", "'-2+3", "0", "'@anna", "'=HYPERLINK(\"http://x\")"]);
+    assert_eq!(rows[1], ["x", "written", "-1", "-0.5", "0", "'@anna", "a = b"]);
+    let (_, lines, _) = run(&["journal", "export"], folder.path());
+    assert!(lines.contains("\"source\":\"+x\"") && lines.contains("\"text\":\"=HYPERLINK("), "{lines}");
 }
 
 #[test]

@@ -7,7 +7,8 @@
 //! directory = "logs"
 //! ```
 //!
-//! `2026-11-27.csv` begins with a header; each record is in the file of its own day, quoted as RFC 4180 has it. Whatever is killed
+//! `2026-11-27.csv` begins with a header; each record is in the file of its own day, quoted as RFC 4180 has it; a text that
+//! a spreadsheet would take for a formula has a `'` before it. Whatever is killed
 //! when, each record is there exactly once: a new instance finds its place again in its own files.
 
 mod days;
@@ -18,7 +19,7 @@ use exports::latchwork::journal::sink::Guest;
 use latchwork::journal::types::{Entry, Kind, Value};
 use std::path::PathBuf;
 use std::sync::{Mutex, PoisonError};
-use table::Row;
+use table::{Row, harmless};
 
 // What the macro writes has no comments; the WIT has them.
 #[allow(
@@ -76,13 +77,13 @@ fn row(entry: Entry) -> Row {
         seq: entry.seq,
         time: entry.time,
         kind: kind(entry.kind),
-        source: entry.source,
-        transition: entry.transition,
+        source: harmless(entry.source),
+        transition: harmless(entry.transition),
         previous: value(entry.previous),
         current: value(entry.current),
         priority: entry.priority,
-        user: entry.user,
-        text: entry.text,
+        user: harmless(entry.user),
+        text: harmless(entry.text),
     }
 }
 
@@ -92,7 +93,7 @@ fn value(value: Value) -> String {
         Value::Boolean(b) => b.to_string(),
         Value::Integer(i) => i.to_string(),
         Value::Real(r) => format!("{r:?}"),
-        Value::Text(text) => text,
+        Value::Text(text) => harmless(text),
     }
 }
 
@@ -110,5 +111,30 @@ fn kind(kind: Kind) -> &'static str {
         Kind::Audit => "audit",
         Kind::Heartbeat => "heartbeat",
         Kind::Lost => "lost",
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn no_text_is_a_formula_and_numbers_stay_numbers() {
+        let entry = Entry {
+            seq: 1,
+            time: 0,
+            kind: Kind::Setting,
+            source: "-unit".into(),
+            transition: "written".into(),
+            previous: Value::Integer(-7),
+            current: Value::Text("=HYPERLINK(\"http://x\")".into()),
+            priority: 0,
+            user: "@anna".into(),
+            text: "a = b".into(),
+        };
+        let row = row(entry);
+        assert_eq!((&*row.source, &*row.previous, &*row.user, &*row.text), ("'-unit", "-7", "'@anna", "a = b"));
+        assert_eq!(row.current, "'=HYPERLINK(\"http://x\")");
+        assert_eq!(value(Value::Real(-0.5)), "-0.5");
     }
 }

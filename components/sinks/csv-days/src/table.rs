@@ -60,6 +60,12 @@ pub(crate) fn lines(rows: &[Row], header: bool) -> Result<Vec<u8>, String> {
     out.into_inner().map_err(|e| format!("a record cannot be written as CSV: {}", e.error()))
 }
 
+/// A text that a spreadsheet takes for a formula gets a `'` before it: names and texts come from anywhere, and what is opened in
+/// an office shall not do anything there.
+pub(crate) fn harmless(text: String) -> String {
+    if text.starts_with(['=', '+', '-', '@', '\t', '\r']) { format!("'{text}") } else { text }
+}
+
 /// Line breaks as LF alone.
 fn one_kind_of_break(text: &str) -> std::borrow::Cow<'_, str> {
     if text.contains('\r') { text.replace("\r\n", "\n").replace('\r', "\n").into() } else { text.into() }

@@ -2,7 +2,10 @@
 
 use super::flood::Floods;
 use super::life::{Life, Meaning};
-use super::{Acknowledged, Bin, Chattering, FREQUENT, Fleeting, Frequent, Rank, Report, Stale, Standing, TEN_MINUTES};
+use super::{
+    Acknowledged, Bin, Chattering, FREQUENT, Fleeting, Frequent, JUMP_AHEAD, JUMP_BACK, Rank, Report, Stale, Standing,
+    TEN_MINUTES,
+};
 use crate::State;
 use hdrhistogram::Histogram;
 use std::cmp::Reverse;
@@ -30,8 +33,10 @@ const MS: u64 = 1_000_000;
 #[derive(Debug)]
 pub struct Collector {
     from: Option<u64>,
-    /// The first and the last moment that was heard of, ns.
+    /// The first and the last moment that was heard of since the last jump of the clock, ns.
     heard: Option<(u64, u64)>,
+    /// The moment that was heard of last, ns.
+    before: Option<u64>,
     numbers: HashMap<Box<str>, usize>,
     lives: Vec<Life>,
     floods: Floods,
@@ -43,10 +48,14 @@ pub struct Collector {
     waits: Histogram<u64>,
     waited: (u128, u64),
     unknown: u64,
+    set_back: u64,
+    jumps: u64,
+    lost: u64,
 }
 
 impl Collector {
-    /// A collector for what happens from a time on, ns since 1970; without one, from the first event.
+    /// A collector for what happens from a time on, ns since 1970; without one, from the first event after the last jump of
+    /// the clock, if it jumped.
     ///
     /// Earlier events are welcome: they tell how the alarms stand when the period begins.
     pub fn new(from: Option<u64>) -> Self {
@@ -55,6 +64,7 @@ impl Collector {
         Self {
             from,
             heard: None,
+            before: None,
             numbers: HashMap::new(),
             lives: Vec::new(),
             floods: Floods::default(),
@@ -64,19 +74,58 @@ impl Collector {
             waits,
             waited: (0, 0),
             unknown: 0,
+            set_back: 0,
+            jumps: 0,
+            lost: 0,
         }
     }
 
     /// Something else happened in the plant: it was there, so the period reaches from the first to the last of these, ns.
     pub fn moment(&mut self, time: u64) {
+        let before = self.before.replace(time).unwrap_or(time);
+        let (back, ahead) = (before.saturating_sub(time), time.saturating_sub(before));
+        let within = self.within(time) || self.within(before);
+        self.set_back += u64::from(within && back > TEN_MINUTES);
+        if back > JUMP_BACK || ahead > JUMP_AHEAD {
+            self.jumps += u64::from(within);
+            self.jump(time);
+        }
         let (first, last) = self.heard.unwrap_or((time, time));
         self.heard = Some((first.min(time), last.max(time)));
+    }
+
+    /// So many records are missing from the journal, as one that has this time says, ns.
+    pub fn missing(&mut self, time: u64, count: u64) {
+        self.moment(time);
+        if self.within(time) {
+            self.lost = self.lost.saturating_add(count);
+        }
+    }
+
+    fn within(&self, time: u64) -> bool {
+        self.from.is_none_or(|from| time >= from)
+    }
+
+    /// The clock jumped: times before and after it cannot be compared. A period that was not asked for begins after it.
+    fn jump(&mut self, time: u64) {
+        self.heard = None;
+        let anew = self.from.is_none();
+        self.lives.iter_mut().for_each(|life| life.jump(time, anew));
+        if anew {
+            self.floods = Floods::default();
+            self.bins.clear();
+            self.current = (0, [0; 4]);
+            self.by_priority.fill(0);
+            self.waits.reset();
+            self.waited = (0, 0);
+            (self.unknown, self.set_back, self.lost) = (0, 0, 0);
+        }
     }
 
     /// An event, in the order of the journal.
     pub fn take(&mut self, event: &Event<'_>) {
         self.moment(event.time);
-        let within = self.from.is_none_or(|from| event.time >= from);
+        let within = self.within(event.time);
         let number = match self.numbers.get(event.alarm) {
             Some(number) => *number,
             None => {
@@ -124,7 +173,9 @@ impl Collector {
         let from = self.from.unwrap_or(first);
         let to = to.unwrap_or(last).max(from);
         self.floods.finish(to);
-        let bins = self.bins.iter().map(|(n, raised)| Bin { start: n * TEN_MINUTES, raised: *raised }).collect();
+        // A wrong time far ahead shall not make the period longer.
+        let bins = self.bins.range(..=to / TEN_MINUTES);
+        let bins = bins.map(|(n, raised)| Bin { start: n * TEN_MINUTES, raised: *raised }).collect();
         let acknowledged = (!self.waits.is_empty()).then(|| self.acknowledged());
         let mut report = Report {
             from,
@@ -141,7 +192,9 @@ impl Collector {
             now: Vec::new(),
             acknowledged,
             unknown: self.unknown,
-            set_back: self.floods.set_back,
+            set_back: self.set_back,
+            jumps: self.jumps,
+            lost: self.lost,
         };
         let mut lives: Vec<_> =
             self.numbers.into_iter().map(|(name, n)| (name, std::mem::take(&mut self.lives[n]))).collect();

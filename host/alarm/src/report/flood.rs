@@ -27,7 +27,6 @@ pub(super) struct Floods {
     /// End of the last one.
     ended: u64,
     pub(super) found: Vec<Flood>,
-    pub(super) set_back: u64,
 }
 
 impl Floods {
@@ -37,7 +36,6 @@ impl Floods {
         if time + TEN_MINUTES < last {
             self.close(last);
             (self.raised, self.ended) = (0, 0);
-            self.set_back += 1;
         }
         // Lanes may be a little out of order.
         let time = time.max(self.last(1).unwrap_or(0));

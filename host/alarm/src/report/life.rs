@@ -101,6 +101,17 @@ impl Life {
         }
     }
 
+    /// The clock jumps to a time: what is known of earlier ones is worth nothing. The state stands as before, since this moment;
+    /// what was counted goes if counting begins `anew`.
+    pub(super) fn jump(&mut self, time: u64, anew: bool) {
+        self.entered = time;
+        self.active = self.active.map(|_| time);
+        self.waiting = self.waiting.map(|_| time);
+        if anew {
+            (self.raised, self.chatter, self.fleeting, self.stale) = (0, Chatter::default(), None, None);
+        }
+    }
+
     fn gone(&mut self, time: u64, within: bool) {
         let Some(since) = self.active.take() else { return };
         let lasted = time.saturating_sub(since);

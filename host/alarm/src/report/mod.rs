@@ -41,6 +41,10 @@ pub const CHATTERING: u64 = 60 * SECOND;
 pub const FLEETING: u64 = SECOND;
 /// An alarm is stale when it has been active for longer than this, ns.
 pub const STALE: u64 = DAY;
+/// A clock that goes back by more than this has jumped, ns: what it said before was wrong, or what it says now.
+pub const JUMP_BACK: u64 = DAY;
+/// A clock that goes ahead by more than this between two records has jumped, ns: no plant is silent for so long.
+pub const JUMP_AHEAD: u64 = 90 * DAY;
 /// So many of the most frequent alarms are listed.
 pub const FREQUENT: usize = 10;
 
@@ -215,6 +219,11 @@ pub struct Report {
     pub unknown: u64,
     /// How often the clock was set back by more than ten minutes: floods are not followed across that.
     pub set_back: u64,
+    /// How often the clock jumped, by more than [`JUMP_BACK`] or [`JUMP_AHEAD`]: a period that was not asked for begins after
+    /// the last of them.
+    pub jumps: u64,
+    /// Records that are missing from the journal.
+    pub lost: u64,
 }
 
 impl Report {

@@ -4,9 +4,11 @@ use crate::Exit;
 use crate::args::{Export, Format, Journal, JournalCommand, VerifyJournal};
 use crate::report;
 use anyhow::{Context, Result};
+use latchwork_image::Value;
 use latchwork_record::journal::{Filter, Reader, Verdict, verify};
 use latchwork_record::{Record, rfc3339};
 use serde_json::json;
+use std::borrow::Cow;
 use std::fs::File;
 use std::io::{BufWriter, IsTerminal, Write};
 
@@ -101,6 +103,12 @@ fn export(args: &Export) -> Result<Exit> {
     Ok(Exit::Fine)
 }
 
+/// A text that a spreadsheet takes for a formula gets a `'` before it: names and texts come from anywhere, and what is opened in
+/// an office shall not do anything there.
+fn harmless(text: &str) -> Cow<'_, str> {
+    if text.starts_with(['=', '+', '-', '@', '\t', '\r']) { format!("'{text}").into() } else { text.into() }
+}
+
 enum Rows {
     Csv(Box<csv::Writer<Box<dyn Write>>>),
     Lines(BufWriter<Box<dyn Write>>),
@@ -133,20 +141,22 @@ impl Rows {
         match self {
             Self::Lines(out) => writeln!(out, "{}", r.to_json())?,
             Self::Csv(csv) => {
-                let value = |v: &latchwork_image::Value| {
-                    if *v == latchwork_image::Value::None { String::new() } else { v.to_string() }
+                let value = |v: &Value| match v {
+                    Value::None => String::new(),
+                    Value::Text(text) => harmless(text).into_owned(),
+                    other => other.to_string(),
                 };
                 csv.write_record([
                     &r.seq.to_string(),
                     &rfc3339(r.time),
                     r.kind.name(),
-                    &r.source,
-                    &*r.transition,
+                    &harmless(&r.source),
+                    &harmless(&r.transition),
                     &value(&r.previous),
                     &value(&r.current),
                     &r.priority.to_string(),
-                    &r.user,
-                    &r.text,
+                    &harmless(&r.user),
+                    &harmless(&r.text),
                 ])?;
             }
         }

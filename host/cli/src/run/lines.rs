@@ -8,6 +8,8 @@ use std::io::Write;
 const PERIOD: u64 = 1_000_000_000;
 /// Values a line shows at most.
 const VALUES: usize = 8;
+/// Alarms that a line names; a flood makes no longer lines.
+const ALARMS: usize = 10;
 
 /// A line per second of plant time.
 pub(crate) struct Lines {
@@ -36,8 +38,7 @@ impl Lines {
             .map(|v| format!("{}={}{}", v.tag, v.value, if v.quality == Quality::Bad { " (bad)" } else { "" }))
             .collect();
         parts.push(values.join(" "));
-        let alarms: Vec<_> = self.picture.alarms().collect();
-        parts.push(if alarms.is_empty() { "no alarms".into() } else { format!("ALARMS {}", alarms.join(" ")) });
+        parts.push(alarms(self.picture.alarms()));
         let new: Vec<_> = history.recent.iter().filter(|r| r.seq > self.last_seq).collect();
         self.last_seq = history.recent.back().map_or(self.last_seq, |r| r.seq);
         let told: Vec<_> = new.iter().rev().take(3).rev().map(|r| format!("{} {}", r.source, r.transition)).collect();
@@ -46,6 +47,16 @@ impl Lines {
             parts.push(format!("records: {}{more}", told.join(", ")));
         }
         parts.join(" | ")
+    }
+}
+
+/// What is on: the first by name, the rest by number.
+fn alarms<'a>(mut on: impl Iterator<Item = &'a str>) -> String {
+    let named: Vec<_> = on.by_ref().take(ALARMS).collect();
+    match (named.is_empty(), on.count()) {
+        (true, _) => "no alarms".into(),
+        (_, 0) => format!("ALARMS {}", named.join(" ")),
+        (_, more) => format!("ALARMS {} … and {more} more", named.join(" ")),
     }
 }
 
@@ -61,4 +72,18 @@ impl Show for Lines {
     }
 
     fn end(&mut self, _: u64, _: &History) {}
+}
+
+#[cfg(test)]
+mod tests {
+    use super::alarms;
+
+    #[test]
+    fn a_flood_of_alarms_makes_no_longer_line() {
+        let names: Vec<String> = (0..5000).map(|n| format!("a{n}")).collect();
+        let line = |count: usize| alarms(names[..count].iter().map(String::as_str));
+        assert_eq!(line(0), "no alarms");
+        assert_eq!(line(10), "ALARMS a0 a1 a2 a3 a4 a5 a6 a7 a8 a9");
+        assert_eq!(line(5000), "ALARMS a0 a1 a2 a3 a4 a5 a6 a7 a8 a9 … and 4990 more");
+    }
 }

@@ -58,7 +58,7 @@ pub struct Outcome {
     pub lanes: Vec<LaneOutcome>,
     /// Blocks that faulted, in the order of the file.
     pub faulted: Vec<BlockOutcome>,
-    /// Records made.
+    /// Records that this run made; their numbers may go on after those of earlier runs.
     pub records: u64,
     /// Trace rows that found their queue full.
     pub trace_lost: u64,

@@ -77,6 +77,7 @@ pub fn run_real(
     observer: &mut dyn Observer,
 ) -> Outcome {
     let _ticker = Ticker::start(&plant.engine, Duration::from_nanos(plant.tick));
+    let before = plant.router.last_seq();
     let io = start_drivers(std::mem::take(&mut plant.drivers), &clock);
     wait_for_readings(&plant, &*clock, stop);
     let counted = plant.lanes.iter().position(|l| !l.is_interrupt()).unwrap_or(0);
@@ -166,7 +167,7 @@ pub fn run_real(
     let end = clock.now();
     plant.serve(end);
     plant.drain(u64::MAX, end, observer);
-    let mut outcome = Outcome::new(&plant.model, &mut lanes, clock.now(), plant.router.last_seq());
+    let mut outcome = Outcome::new(&plant.model, &mut lanes, clock.now(), plant.router.last_seq() - before);
     // A lane whose thread panicked or never was there left no figures; it still counts.
     for config in &plant.model.lanes {
         if !outcome.lanes.iter().any(|l| l.name == config.name) {

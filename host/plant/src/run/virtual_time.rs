@@ -82,7 +82,7 @@ pub fn run_virtual(mut plant: Plant, options: &RunOptions, stop: &AtomicBool, ob
     let mut progress: Vec<_> = plant.lanes.iter().map(|_| Progress { due: 0, busy: None, begun: 0 }).collect();
     let mut stimulus = options.stimulus.iter().peekable();
     let counted = plant.lanes.iter().position(|l| !l.is_interrupt()).unwrap_or(0);
-    let mut now = 0;
+    let (mut now, before) = (0, plant.router.last_seq());
     plant.lanes.iter_mut().for_each(|lane| lane.begin_interrupts(0));
     loop {
         let next = (0..plant.lanes.len())
@@ -126,7 +126,7 @@ pub fn run_virtual(mut plant: Plant, options: &RunOptions, stop: &AtomicBool, ob
     }
     plant.serve(now);
     plant.drain(u64::MAX, now, observer);
-    Outcome::new(&plant.model, &mut plant.lanes, now, plant.router.last_seq())
+    Outcome::new(&plant.model, &mut plant.lanes, now, plant.router.last_seq() - before)
 }
 
 impl Plant {

@@ -11,6 +11,7 @@ use crate::args::AlarmsCommand;
 use crate::args::operate::Alarms;
 use anyhow::{Context, Result};
 use latchwork_block::Engine;
+use std::borrow::Cow;
 use std::fs::File;
 use std::io::Write;
 use std::path::Path;
@@ -36,4 +37,10 @@ fn deliver(text: &str, output: Option<&Path>) -> Result<()> {
         file.sync_all()
     };
     write().with_context(|| format!("{} could not be written", path.display()))
+}
+
+/// A text that may stand in XML: names and texts come from files, and most control characters may not, however they are written.
+fn printable(text: &str) -> Cow<'_, str> {
+    let refused = |c: char| (c.is_control() && c != '\n' && c != '\t') || matches!(c, '\u{fffe}' | '\u{ffff}');
+    if text.contains(refused) { text.replace(refused, "\u{fffd}").into() } else { text.into() }
 }

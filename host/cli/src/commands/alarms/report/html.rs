@@ -1,5 +1,6 @@
 //! The report as one page: no scripts, nothing from elsewhere, to be read in a browser or on paper.
 
+use super::super::printable;
 use super::words::{self, Section};
 use super::{Found, plot};
 use anyhow::Result;
@@ -98,6 +99,5 @@ fn section(out: &mut String, section: &Section) {
 
 /// A text that may stand anywhere in the page: names come from files.
 fn safe(text: &str) -> String {
-    let allowed = |c: char| if c.is_control() { '\u{fffd}' } else { c };
-    escape(text.chars().map(allowed).collect::<String>()).into_owned()
+    escape(printable(text)).into_owned()
 }

@@ -134,7 +134,7 @@ pub(super) fn document(found: &Found) -> serde_json::Result<String> {
         to: Time(report.to),
         seconds: seconds(report.length()),
         notes: words::notes(found),
-        lost: found.lost,
+        lost: report.lost,
         figures: report.figures().iter().map(figure).collect(),
         most_frequent: report.frequent.iter().map(|f| Frequent { alarm: &f.alarm, raised: f.raised }).collect(),
         priorities: priorities

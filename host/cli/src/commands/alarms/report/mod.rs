@@ -45,15 +45,14 @@ struct Found {
     /// The folder of the journal.
     journal: String,
     report: Report,
-    /// Records that are missing from the journal, as its `lost` records of the period say.
-    lost: u64,
+    /// The beginning of its period was asked for.
+    from_asked: bool,
 }
 
 fn read(args: &Args, to: Option<u64>) -> Result<Found> {
     let reader = Reader::open(&args.folder)?;
     let mut choice = Choice::new(args)?;
     let mut collector = Collector::new(args.from);
-    let mut lost = 0u64;
     // What was before the period tells how the alarms stood when it began.
     reader.glance(Filter { to: to.unwrap_or(u64::MAX), ..Filter::default() }, |record| {
         if record.kind == Kind::Alarm && choice.takes(record.source) {
@@ -66,12 +65,16 @@ fn read(args: &Args, to: Option<u64>) -> Result<Found> {
             });
             return;
         }
-        collector.moment(record.time);
-        if record.kind == Kind::Lost && args.from.is_none_or(|from| record.time >= from) {
-            lost += record.number.and_then(|n| u64::try_from(n).ok()).unwrap_or(0);
+        // Others tell what a sink has not had; the journal had it.
+        if record.kind == Kind::Lost && record.transition == "overflow" {
+            let count = record.number.and_then(|n| u64::try_from(n).ok()).unwrap_or(0);
+            collector.missing(record.time, count);
+        } else {
+            collector.moment(record.time);
         }
     })?;
-    Ok(Found { journal: args.folder.display().to_string(), report: collector.finish(to), lost })
+    let (journal, from_asked) = (args.folder.display().to_string(), args.from.is_some());
+    Ok(Found { journal, report: collector.finish(to), from_asked })
 }
 
 /// Which alarms the report is about.

@@ -2,6 +2,7 @@
 //!
 //! Black becomes the colour of the text, so that a plot can be read on light and on dark ground.
 
+use super::super::printable;
 use super::words;
 use anyhow::{Result, anyhow};
 use latchwork_alarm::report::{Bin, DAY, FLOOD_BEGINS, HOUR, Rank, Report, TEN_MINUTES};
@@ -37,7 +38,7 @@ fn failed(error: impl std::fmt::Display) -> anyhow::Error {
 /// A text at a point of the canvas.
 fn text(canvas: &Canvas<'_>, words: &str, at: (i32, i32), to: HPos) -> Result<()> {
     let style = ("sans-serif", 14).into_font().color(&BLACK).pos(Pos::new(to, VPos::Center));
-    canvas.draw_text(words, &style, at).map_err(failed)
+    canvas.draw_text(&printable(words), &style, at).map_err(failed)
 }
 
 fn bar(canvas: &Canvas<'_>, from: (i32, i32), to: (i32, i32), colour: RGBColor) -> Result<()> {

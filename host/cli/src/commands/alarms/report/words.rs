@@ -64,8 +64,17 @@ pub(super) fn notes(found: &Found) -> Vec<String> {
     if report.length() < 30 * DAY {
         notes.push(format!("the limits are meant for 30 days and more; this is about {}", span(report.length())));
     }
-    if found.lost > 0 {
-        notes.push(format!("{} records are missing from the journal; alarms may have been among them", found.lost));
+    if report.jumps > 0 {
+        let times = if report.jumps == 1 { "once".into() } else { format!("{} times", report.jumps) };
+        let then = if found.from_asked {
+            "alarms with a wrong time count where that puts them, or not at all"
+        } else {
+            "the period begins after the last time; --from takes in what was before"
+        };
+        notes.push(format!("the clock jumped {times}, by more than a day back or 90 days ahead; {then}"));
+    }
+    if report.lost > 0 {
+        notes.push(format!("{} records are missing from the journal; alarms may have been among them", report.lost));
     }
     if report.set_back > 0 {
         notes.push(format!("the clock was set back {} times; no flood is followed across that", report.set_back));
