@@ -27,7 +27,14 @@ fn record(seq: u64, text: &str) -> Record {
 }
 
 fn open(folder: &Path) -> (Journal, latchwork_record::journal::Opening) {
-    Journal::open(folder, Options::default()).expect("a journal")
+    let start = std::time::Instant::now();
+    loop {
+        match Journal::open(folder, Options::default()) {
+            // A process that another test starts has the lock until its program runs.
+            Err(JournalError::Taken { .. }) if start.elapsed() < Duration::from_secs(5) => std::thread::yield_now(),
+            opened => return opened.expect("a journal"),
+        }
+    }
 }
 
 fn all(folder: &Path) -> Vec<Record> {
@@ -193,18 +200,22 @@ fn a_damaged_file_is_set_aside_and_no_number_comes_twice() {
 fn missing_numbers_are_seen_and_explained_by_a_lost_record() {
     let folder = TempDir::new().unwrap();
     let (mut journal, _) = open(folder.path());
-    let lost = Record {
+    let lost = |seq, transition: &'static str| Record {
         kind: Kind::Lost,
         source: "journal".into(),
+        transition: transition.into(),
         current: Value::Integer(4),
-        ..record(3, "4 records found no room")
+        ..record(seq, "4 records found no room")
     };
-    for r in [record(1, ""), record(2, ""), lost, record(7, ""), record(9, "")] {
+    // What a sink will not get is no reason for a number to be missing.
+    let (full, of_a_sink) = (lost(3, "overflow"), lost(9, "retention"));
+    for r in [record(1, ""), record(2, ""), full, record(7, ""), of_a_sink, record(11, "")] {
         journal.push(&r);
     }
     journal.close();
     let verdict = verify(folder.path(), |_| {}).unwrap();
-    let holes = [Hole { from: 4, to: 6, explained: true }, Hole { from: 8, to: 8, explained: false }];
+    let hole = |from, to, explained| Hole { from, to, explained };
+    let holes = [hole(4, 6, true), hole(8, 8, false), hole(10, 10, false)];
     assert_eq!(verdict.holes, holes);
     assert!(!verdict.is_good());
 }
@@ -331,6 +342,17 @@ fn state_comes_out_of_a_damaged_file_as_far_as_it_can_be_read() {
     assert_eq!(cursors.get("file"), Some(&4000));
 }
 
+/// Passes a test over that this machine lacks something for; where everything must be there it fails.
+fn skip(why: &str) {
+    assert!(std::env::var_os("LATCHWORK_SKIP").is_none_or(|s| s != "never"), "{why}");
+    eprintln!("SKIPPED: {why}");
+    if let Some(list) = std::env::var_os("LATCHWORK_SKIPPED") {
+        let file = std::fs::OpenOptions::new().append(true).open(list);
+        let written = file.and_then(|mut f| f.write_all(format!("{why}\n").as_bytes()));
+        written.expect("the list of what was passed over");
+    }
+}
+
 /// A file system of 1 MiB, for as long as it lives.
 struct SmallDisk(TempDir);
 
@@ -338,7 +360,22 @@ impl SmallDisk {
     fn mount() -> Option<Self> {
         let folder = TempDir::new().unwrap();
         let mounted = Command::new("mount").args(["-t", "tmpfs", "-o", "size=1m", "none"]).arg(folder.path()).status();
-        mounted.is_ok_and(|s| s.success()).then_some(Self(folder))
+        let mounted = mounted.is_ok_and(|s| s.success()).then_some(Self(folder));
+        if mounted.is_none() {
+            skip("a small file system cannot be mounted here; run as root");
+        }
+        mounted
+    }
+
+    /// Fills what is free.
+    fn fill(&self) {
+        let mut ballast = std::fs::File::create(self.0.path().join("ballast")).unwrap();
+        while ballast.write_all(&[0; 512]).is_ok() {}
+    }
+
+    fn again(&self, options: &str) {
+        let done = Command::new("mount").args(["-o", &format!("remount,{options}")]).arg(self.0.path()).status();
+        assert!(done.unwrap().success());
     }
 }
 
@@ -350,10 +387,7 @@ impl Drop for SmallDisk {
 
 #[test]
 fn a_full_disk_loses_nothing_that_fits_the_queue_and_tells_of_the_rest() {
-    let Some(disk) = SmallDisk::mount() else {
-        eprintln!("SKIPPED: a small file system cannot be mounted here; run as root");
-        return;
-    };
+    let Some(disk) = SmallDisk::mount() else { return };
     let folder = disk.0.path();
     let ballast = folder.join("ballast");
     std::fs::write(&ballast, vec![0; 600 << 10]).unwrap();
@@ -397,6 +431,136 @@ fn a_full_disk_loses_nothing_that_fits_the_queue_and_tells_of_the_rest() {
     let told: Vec<_> = records.iter().filter(|r| r.kind == Kind::Lost).collect();
     assert_eq!(told.iter().map(|r| r.current.to_string().parse::<u64>().unwrap() - 1).sum::<u64>(), gone);
     assert_eq!(records.last().map(|r| r.seq), Some(seq));
+}
+
+/// The next thing that the journal tells.
+fn next_notice(journal: &Journal) -> Notice {
+    let start = std::time::Instant::now();
+    loop {
+        if let Some(notice) = journal.notice() {
+            return notice;
+        }
+        assert!(start.elapsed() < Duration::from_secs(10), "nothing is told");
+        std::thread::sleep(Duration::from_millis(5));
+    }
+}
+
+/// A journal that has records 1 to 50 with their state, and a sink that has 20.
+fn begun(folder: &Path) -> (Journal, BTreeMap<String, String>) {
+    let options = Options { sinks: vec!["slow".into()], within: Duration::from_millis(5), ..Options::default() };
+    let (mut journal, _) = Journal::open(folder, options).unwrap();
+    journal.watch().moved("slow", 20);
+    (1..=50).for_each(|n| journal.push_with(&record(n, ""), state_of(n)));
+    assert!(journal.settle(Duration::from_secs(10)));
+    (journal, kept(folder))
+}
+
+#[test]
+fn an_empty_file_in_place_of_the_one_set_aside_gets_its_state_and_no_number_comes_twice() {
+    let folder = TempDir::new().unwrap();
+    let (journal, state) = begun(folder.path());
+    journal.close();
+    let file = |name: &str| folder.path().join(name);
+    std::fs::rename(file("journal.db"), file("journal.damaged-1.db")).unwrap();
+    std::fs::write(file("journal.db"), "").unwrap();
+    for _ in 0..2 {
+        let (_, opening) = open(folder.path());
+        assert!(opening.last >= 50, "{}", opening.last);
+        assert_eq!((opening.kept, opening.set_aside), (state.clone(), None));
+    }
+}
+
+#[test]
+fn damage_that_a_reader_meets_begins_a_new_file_and_tells_what_sinks_lack() {
+    let folder = TempDir::new().unwrap();
+    let (mut journal, state) = begun(folder.path());
+    let watch = journal.watch();
+    watch.damaged(watch.files() + 1, "that was another file");
+    watch.damaged(watch.files(), "a page is malformed");
+    assert!(matches!(next_notice(&journal), Notice::SetAside(aside) if aside.exists()));
+    assert_eq!(next_notice(&journal), Notice::Dropped { sink: "slow".into(), count: 30 });
+    assert_eq!((watch.files(), kept(folder.path())), (1, state));
+    journal.push(&record(51, ""));
+    journal.close();
+    assert_eq!(all(folder.path()).iter().map(|r| r.seq).collect::<Vec<_>>(), [51]);
+    // No record has told of it yet.
+    let (journal, _) = open(folder.path());
+    assert_eq!(next_notice(&journal), Notice::Dropped { sink: "slow".into(), count: 30 });
+}
+
+#[test]
+fn damage_on_a_full_disk_sets_one_file_aside_and_loses_nothing() {
+    let Some(disk) = SmallDisk::mount() else { return };
+    let folder = disk.0.path();
+    let (mut journal, state) = begun(folder);
+    // Whoever reads it keeps its log in being.
+    let reader = Reader::open(folder).unwrap();
+    assert_eq!(reader.last().unwrap(), 50);
+    disk.fill();
+    journal.watch().damaged(0, "a page is malformed");
+    assert!(matches!(next_notice(&journal), Notice::Refused(_)));
+    journal.push_with(&record(51, ""), Vec::new());
+    // Some more tries.
+    assert!(!journal.settle(Duration::from_secs(1)));
+    assert_eq!(journal.durable(), 50);
+    assert!(!folder.join("journal.damaged-2.db").exists());
+    disk.again("size=64m");
+    assert!(matches!(next_notice(&journal), Notice::SetAside(aside) if aside.exists()));
+    assert!(journal.settle(Duration::from_secs(10)));
+    assert_eq!(kept(folder), state);
+    assert_eq!(all(folder).iter().map(|r| r.seq).collect::<Vec<_>>(), [51]);
+}
+
+#[test]
+fn a_disk_that_takes_no_cursors_does_not_keep_a_journal_from_its_end() {
+    let Some(disk) = SmallDisk::mount() else { return };
+    let (journal, _) = begun(disk.0.path());
+    disk.fill();
+    journal.watch().moved("slow", 50);
+    assert!(matches!(next_notice(&journal), Notice::Refused(_)));
+    let (done, end) = std::sync::mpsc::channel();
+    std::thread::spawn(move || done.send(journal.close()));
+    assert_eq!(end.recv_timeout(Duration::from_secs(20)), Ok(0));
+}
+
+#[test]
+fn a_journal_is_opened_on_a_disk_that_is_full_or_takes_nothing_and_written_later() {
+    let Some(disk) = SmallDisk::mount() else { return };
+    let folder = disk.0.path();
+    let (journal, state) = begun(folder);
+    journal.close();
+    for (next, barrier) in [(51, ""), (52, "ro")] {
+        if barrier.is_empty() {
+            disk.fill()
+        } else {
+            disk.again(barrier)
+        }
+        let (mut journal, opening) = open(folder);
+        assert_eq!((opening.last, &opening.kept), (next - 1, &state));
+        journal.push(&record(next, ""));
+        assert!(matches!(next_notice(&journal), Notice::Refused(_)));
+        disk.again("rw,size=64m");
+        assert_eq!(next_notice(&journal), Notice::Accepted);
+        assert_eq!((journal.durable(), journal.close()), (next, 0));
+    }
+    assert!(verify(folder, |_| {}).unwrap().is_good());
+    assert_eq!((all(folder).len(), kept(folder)), (52, state));
+}
+
+#[test]
+fn a_wrong_clock_makes_no_record_old_and_no_time_is_lost() {
+    let folder = TempDir::new().unwrap();
+    let options = Options { age: Some(Duration::from_secs(1000)), ..Options::default() };
+    let (mut journal, _) = Journal::open(folder.path(), options).unwrap();
+    let now = std::time::SystemTime::now().duration_since(std::time::UNIX_EPOCH).unwrap().as_nanos() as u64;
+    let year = 365 * 86_400 * 1_000_000_000;
+    for (seq, time) in (1..).zip([now, now, now + 10 * year, u64::MAX, now]) {
+        journal.push(&Record { time, ..record(seq, "") });
+    }
+    assert!(journal.settle(Duration::from_secs(10)));
+    assert_eq!(settled_first(folder.path()), 1);
+    assert_eq!(all(folder.path())[3].time, i64::MAX as u64 - 1);
+    journal.close();
 }
 
 /// Names the folder when this program is started as the process that will be killed.

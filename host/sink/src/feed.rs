@@ -78,7 +78,12 @@ impl Feed {
             source: fits.as_ref().map(|f| f as &dyn Fn(&str) -> bool),
             ..Query::default()
         };
-        reader.page(&query, room).map_err(|e| e.to_string())
+        reader.page(&query, room).map_err(|error| {
+            if error.is_damage() {
+                watch.damaged(file, &error.to_string());
+            }
+            error.to_string()
+        })
     }
 
     /// How long the list may wait for more; `None`: there is nothing in it.

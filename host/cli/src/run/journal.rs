@@ -81,7 +81,7 @@ impl Kept {
             Notice::Dropped { sink, count } => entry(Kind::Lost, "retention")
                 .change(Datum::None, Datum::Integer(i64::try_from(*count).unwrap_or(i64::MAX)))
                 .text(format_args!(
-                    "{count} records went that sink `{sink}` has not had: the journal has reached its size"
+                    "up to {count} records went that sink `{sink}` has not had: the journal has reached its size, or was damaged"
                 )),
         };
         recorder.push(entry);

@@ -43,6 +43,8 @@ use std::time::{Duration, Instant};
 pub const FILE: &str = "journal.db";
 /// Source of records that the journal makes itself.
 pub const SOURCE: &str = "journal";
+/// Transition of the record in place of some that found no room.
+const OVERFLOW: &str = "overflow";
 
 /// How a journal works.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -111,6 +113,13 @@ pub enum JournalError {
     },
 }
 
+impl JournalError {
+    /// True when the file is damaged.
+    pub fn is_damage(&self) -> bool {
+        matches!(self, Self::Database { error, .. } if store::is_damage(error))
+    }
+}
+
 /// What was found when a journal was opened.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Opening {
@@ -133,11 +142,11 @@ pub enum Notice {
     Accepted,
     /// The file was damaged, and stands there now.
     SetAside(PathBuf),
-    /// The size is reached: records went that a sink has not had.
+    /// The size is reached, or the file was damaged: records went that a sink has not had.
     Dropped {
         /// Name of the sink.
         sink: String,
-        /// How many it will not get.
+        /// How many it will not get, at most: its filters may leave some out, and some may wait in its list.
         count: u64,
     },
 }
@@ -179,7 +188,8 @@ impl Journal {
     /// Opens the journal in a folder, or begins one.
     ///
     /// # Errors
-    /// A folder that cannot be written, a journal in use or of a newer version. A damaged one is no error: it is set aside.
+    /// A folder that cannot be used, a journal in use or of a newer version. A damaged one is no error: it is set aside. Nor is
+    /// a disk that is full or takes nothing, as long as what the file has can be read: records wait.
     pub fn open(folder: &Path, options: Options) -> Result<(Self, Opening), JournalError> {
         let (store, opening) = store::Store::open(folder, retention::Retention::new(&options))?;
         // Bounded by a count of its own: a queue that is empty nearly always shall not hold its memory.
@@ -309,7 +319,7 @@ fn lost(first: &Record, count: u64) -> Record {
         time: first.time,
         kind: Kind::Lost,
         source: SOURCE.into(),
-        transition: "overflow".into(),
+        transition: OVERFLOW.into(),
         previous: Value::None,
         current: Value::Integer(count.into()),
         priority: 200,

@@ -6,8 +6,9 @@
 use super::store::{Store, WriteError, move_cursors};
 use super::{Options, SOURCE};
 use crate::{Kind, Record};
-use rusqlite::params;
+use rusqlite::{Connection, params};
 use std::collections::{BTreeMap, VecDeque};
+use std::time::{SystemTime, UNIX_EPOCH};
 
 /// Transition of the record that tells what a sink will not get.
 pub(super) const TRANSITION: &str = "retention";
@@ -25,8 +26,8 @@ pub(super) struct Retention {
     size: Option<u64>,
     sinks: Vec<String>,
     shrinking: bool,
-    /// Dropped in the steps so far, by sink; told when the last step is done.
-    dropped: BTreeMap<String, u64>,
+    /// Dropped in the steps so far or with a damaged file, by sink; told when the last step is done.
+    pub(super) dropped: BTreeMap<String, u64>,
     /// What was told, and has not come back as a record yet.
     awaited: VecDeque<(String, u64)>,
 }
@@ -55,6 +56,11 @@ impl Retention {
         self.awaited.iter().take(records.filter(tells).count()).cloned().collect()
     }
 
+    /// True for a sink of the plant.
+    pub(super) fn is_for(&self, name: &str) -> bool {
+        self.sinks.iter().any(|n| n == name)
+    }
+
     /// So many of it need not be told again.
     pub(super) fn told(&mut self, count: usize) {
         self.awaited.drain(..count.min(self.awaited.len()));
@@ -62,8 +68,9 @@ impl Retention {
 }
 
 impl Store {
-    /// What an earlier run dropped and could not tell any more.
+    /// At the opening: all that was dropped and no record tells of, by an earlier run or with a damaged file.
     pub(super) fn untold(&mut self) -> Vec<(String, u64)> {
+        self.retention.dropped.clear();
         let list: Vec<_> =
             self.cursors.iter().filter(|(_, c)| c.dropped > 0).map(|(name, c)| (name.clone(), c.dropped)).collect();
         self.retention.awaited.extend(list.iter().cloned());
@@ -72,10 +79,11 @@ impl Store {
 
     /// Takes one step, if there is something to do.
     pub(super) fn retain(&mut self) -> Result<Step, WriteError> {
-        if (self.retention.age, self.retention.size) == (None, None) {
+        if self.connection.is_none() {
             return Ok(Step::default());
         }
-        let more = self.step().map_err(|error| WriteError::of(&error))?;
+        let unlimited = (self.retention.age, self.retention.size) == (None, None);
+        let more = !unlimited && self.step().map_err(|error| WriteError::of(&error))?;
         if more {
             return Ok(Step { more, tell: Vec::new() });
         }
@@ -86,16 +94,18 @@ impl Store {
 
     /// Drops some of what is to go; false when that was all.
     fn step(&mut self) -> rusqlite::Result<bool> {
-        let used = self.used()?;
+        let Some(connection) = &mut self.connection else { return Ok(false) };
+        let used = used(connection)?;
         let size = self.retention.size.unwrap_or(u64::MAX);
         let aim = size - size / 100 * SLACK;
         self.retention.shrinking = used > if self.retention.shrinking { aim } else { size };
-        let cutoff = self.retention.age.map_or(0, |age| self.last.1.saturating_sub(age));
+        // One record of a wrong clock makes none old that is not.
+        let cutoff = self.retention.age.map_or(0, |age| self.last.1.min(now()).saturating_sub(age));
         let seq = |name: &String| self.cursors.get(name).map_or(0, |c| c.seq);
         let had_by_all = self.retention.sinks.iter().map(seq).min().unwrap_or(u64::MAX);
         let mut oldest: Vec<u64> = Vec::new();
         {
-            let mut select = self.connection.prepare_cached("SELECT seq, time FROM records ORDER BY seq LIMIT ?1")?;
+            let mut select = connection.prepare_cached("SELECT seq, time FROM records ORDER BY seq LIMIT ?1")?;
             let mut rows = select.query(params![STEP as i64])?;
             while let Some(row) = rows.next()? {
                 let (seq, time) = (row.get::<_, i64>(0)? as u64, row.get::<_, i64>(1)? as u64);
@@ -122,18 +132,24 @@ impl Store {
                 *dropped.entry(name.clone()).or_default() += count;
             }
         }
-        let transaction = self.connection.transaction()?;
+        let transaction = connection.transaction()?;
         transaction.prepare_cached("DELETE FROM records WHERE seq <= ?1")?.execute(params![end as i64])?;
         move_cursors(&transaction, cursors.iter().filter(|(name, c)| self.cursors.get(*name) != Some(c)))?;
         transaction.commit()?;
         (self.cursors, self.retention.dropped) = (cursors, dropped);
         Ok(oldest.len() == STEP || self.retention.shrinking)
     }
+}
 
-    /// Bytes of the file that hold something.
-    fn used(&self) -> rusqlite::Result<u64> {
-        let pragma = |name: &str| self.connection.query_row(&format!("PRAGMA {name}"), [], |row| row.get::<_, i64>(0));
-        let pages = pragma("page_count")? - pragma("freelist_count")?;
-        Ok((pages * pragma("page_size")?) as u64)
-    }
+/// Bytes of the file that hold something.
+fn used(connection: &Connection) -> rusqlite::Result<u64> {
+    let pragma = |name: &str| connection.query_row(&format!("PRAGMA {name}"), [], |row| row.get::<_, i64>(0));
+    let pages = pragma("page_count")? - pragma("freelist_count")?;
+    Ok((pages * pragma("page_size")?) as u64)
+}
+
+/// The system's clock, ns since 1970.
+fn now() -> u64 {
+    let since = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
+    u64::try_from(since.as_nanos()).unwrap_or(u64::MAX)
 }

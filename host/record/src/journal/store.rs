@@ -1,7 +1,7 @@
 //! The file of a journal that is written: batches, damage, numbers that are taken.
 
 use super::retention::Retention;
-use super::tables::{self, Cursor, Stored, begin, path};
+use super::tables::{self, Cursor, Stored, path};
 use super::{FILE, JournalError, Opening};
 use crate::{Kept, Record};
 use rusqlite::{Connection, ErrorCode, Transaction, params};
@@ -21,10 +21,14 @@ pub(super) struct Item {
     pub(super) kept: Vec<Kept>,
 }
 
-/// The open database of a journal that is written.
+/// The journal that is written. Its file may not be open: the disk is full, or takes nothing.
 pub(super) struct Store {
     folder: PathBuf,
-    pub(super) connection: Connection,
+    pub(super) connection: Option<Connection>,
+    /// What the file has is known here too.
+    known: bool,
+    /// A damaged file that was set aside, and in whose place none has begun yet.
+    aside: Option<PathBuf>,
     /// The next number beyond what was reserved.
     reserved: u64,
     /// Number and time of the last record.
@@ -41,47 +45,136 @@ impl Store {
     pub(super) fn open(folder: &Path, retention: Retention) -> Result<(Self, Opening), JournalError> {
         let of_folder = |error| JournalError::Folder { folder: folder.into(), error };
         std::fs::create_dir_all(folder).map_err(of_folder)?;
-        let lock = File::create(folder.join("journal.lock")).map_err(of_folder)?;
+        let lock = folder.join("journal.lock");
+        // Where nothing can be written, one of an earlier run will do.
+        let lock = File::create(&lock).or_else(|error| File::open(&lock).map_err(|_| error)).map_err(of_folder)?;
         match lock.try_lock() {
             Ok(()) => {}
             Err(std::fs::TryLockError::WouldBlock) => return Err(JournalError::Taken { path: path(folder) }),
             Err(std::fs::TryLockError::Error(error)) => return Err(of_folder(error)),
         }
         let reserved = read_reserved(folder).map_err(of_folder)?;
-        let existed = path(folder).exists();
-        let mut set_aside = None;
-        let (connection, contents) = match begin(folder).and_then(|c| contents(folder, &c).map(|found| (c, found))) {
-            Ok(begun) => begun,
-            Err(JournalError::Database { error, .. }) if is_damage(&error) => {
-                let aside = self::set_aside(folder).map_err(of_folder)?;
-                let connection = begin(folder)?;
-                let (kept, cursors) = tables::salvage(&aside);
-                set_aside = Some(aside);
-                (connection, Contents { last: (0, 0), kept, cursors })
-            }
-            Err(error) => return Err(error),
+        let mut store = Self {
+            folder: folder.into(),
+            connection: None,
+            known: false,
+            aside: None,
+            reserved,
+            // Of a file that is removed, or damaged beyond reading: no number of it may come twice.
+            last: (reserved.saturating_sub(1), 0),
+            kept: BTreeMap::new(),
+            cursors: BTreeMap::new(),
+            retention,
+            _lock: lock,
         };
-        let Contents { last, kept, cursors } = contents;
-        // A new file in place of a damaged or a removed one: no number of the old one may come twice.
-        let anew = set_aside.is_some() || !existed;
-        let last = if anew { (last.0.max(reserved.saturating_sub(1)), last.1) } else { last };
-        let mut store =
-            Self { folder: folder.into(), connection, reserved, last, kept, cursors, retention, _lock: lock };
-        store.reserve(last.0 + 1).map_err(of_folder)?;
-        if set_aside.is_some() {
-            store.write_copies().map_err(|error| JournalError::Database { path: path(folder), error })?;
+        match store.begin() {
+            Err(JournalError::Database { error, .. }) if is_damage(&error) => {
+                store.set_aside().map_err(of_folder)?;
+                match store.begin() {
+                    Err(error) if !may_pass(&error) => return Err(error),
+                    _ => {}
+                }
+            }
+            // The plant runs all the same; the thread goes on trying.
+            Err(error) if may_pass(&error) && (store.known || store.peek()) => {}
+            begun => begun?,
         }
         let opening = Opening {
-            last: last.0,
-            set_aside,
+            last: store.last.0,
+            set_aside: store.aside.take(),
             kept: store.kept.clone(),
             cursors: store.cursors.iter().map(|(name, cursor)| (name.clone(), cursor.seq)).collect(),
         };
         Ok((store, opening))
     }
 
+    /// Opens the file. One that is new, or that nobody has come to give its tables, gets them with all state.
+    fn begin(&mut self) -> Result<(), JournalError> {
+        let there = path(&self.folder).exists();
+        let (mut connection, version) = tables::connect(&self.folder)?;
+        let file = path(&self.folder);
+        let database = |error| JournalError::Database { path: file.clone(), error };
+        if !self.known {
+            if version == 0 {
+                self.salvage(there);
+            } else {
+                let found = Contents::read(&connection).map_err(database)?;
+                self.take(found);
+            }
+        }
+        if version < tables::VERSION {
+            let anew = (version == 0).then(|| self.last.0.max(self.reserved.saturating_sub(1)));
+            let mut create = || -> rusqlite::Result<()> {
+                let transaction = tables::create(&mut connection, anew)?;
+                if anew.is_some() {
+                    let kept = self.kept.iter().map(|(name, value)| (name.as_str(), Some(value.as_str())));
+                    keep(&transaction, &kept.collect())?;
+                    move_cursors(&transaction, self.cursors.iter())?;
+                }
+                transaction.commit()
+            };
+            create().map_err(database)?;
+        }
+        self.connection = Some(connection);
+        Ok(())
+    }
+
+    /// Looks into a file that cannot be opened for writing, and that nobody writes; false if it does not tell all it has.
+    fn peek(&mut self) -> bool {
+        let size = |end: &str| std::fs::metadata(self.folder.join(format!("{FILE}{end}"))).map_or(0, |m| m.len());
+        if size("-wal") > 0 || size("-journal") > 0 {
+            return false;
+        }
+        if size("") == 0 {
+            self.salvage(path(&self.folder).exists());
+            return true;
+        }
+        let read = |c: Connection| Ok(if tables::has(&c, "records")? { Some(Contents::read(&c)?) } else { None });
+        match tables::as_it_lies(&self.folder).and_then(read) {
+            Ok(Some(found)) => self.take(found),
+            Ok(None) => self.salvage(true),
+            Err(_) => return false,
+        }
+        true
+    }
+
+    fn take(&mut self, found: Contents) {
+        (self.kept, self.cursors, self.known) = (found.kept, found.cursors, true);
+        // Without a record, and of a time before the first number stood in it: as if it were new.
+        self.last = found.last.unwrap_or(self.last);
+    }
+
+    /// What a file without tables was to have: it has begun in place of the one that was set aside last, and a full disk or an
+    /// end came between.
+    fn salvage(&mut self, there: bool) {
+        self.known = true;
+        if let Some(aside) = asides(&self.folder).take_while(|p| p.exists()).last().filter(|_| there) {
+            self.salvage_from(&aside);
+        }
+    }
+
+    fn salvage_from(&mut self, aside: &Path) {
+        let found;
+        (found, self.kept, self.cursors) = tables::salvage(aside);
+        self.miss(found.map_or(self.last.0, |(seq, _)| seq));
+    }
+
+    /// Sinks do not get any more what the file had up to a number: it is to be told.
+    fn miss(&mut self, to: u64) {
+        for (name, cursor) in &mut self.cursors {
+            if cursor.seq < to && self.retention.is_for(name) {
+                cursor.dropped += to - cursor.seq;
+                *self.retention.dropped.entry(name.clone()).or_default() += to - cursor.seq;
+                cursor.seq = to;
+            }
+        }
+    }
+
     /// Writes records with their state and the cursors that moved, as one, and to the disk.
     pub(super) fn write(&mut self, items: &[Item], moved: &BTreeMap<String, u64>) -> Result<(), WriteError> {
+        if self.connection.is_none() {
+            self.begin().map_err(|error| WriteError::of_opening(&error))?;
+        }
         let last = items.iter().rev().find_map(|i| i.record.as_ref());
         if let Some(last) = last {
             self.reserve(last.seq + 1).map_err(|e| WriteError::Refused(e.to_string()))?;
@@ -98,8 +191,9 @@ impl Store {
             let cursor = cursors.entry(name.clone()).or_default();
             cursor.dropped = cursor.dropped.saturating_sub(*count);
         }
+        let Some(connection) = &mut self.connection else { return Ok(()) };
         let mut write = || -> rusqlite::Result<()> {
-            let transaction = self.connection.transaction()?;
+            let transaction = connection.transaction()?;
             insert(&transaction, items)?;
             keep(&transaction, &changes)?;
             move_cursors(
@@ -108,7 +202,13 @@ impl Store {
             )?;
             transaction.commit()
         };
-        write().map_err(|error| WriteError::of(&error))?;
+        if let Err(error) = write() {
+            // It stays so for as long as the file is open.
+            if error.sqlite_error_code() == Some(ErrorCode::ReadOnly) {
+                self.connection = None;
+            }
+            return Err(WriteError::of(&error));
+        }
         for (name, value) in changes {
             match value {
                 Some(value) => self.kept.insert(name.into(), value.into()),
@@ -123,21 +223,32 @@ impl Store {
         Ok(())
     }
 
-    /// Sets the damaged file aside and begins a new one, with the same state.
-    pub(super) fn begin_anew(&mut self) -> Result<PathBuf, JournalError> {
-        let of_folder = |error| JournalError::Folder { folder: self.folder.clone(), error };
-        let aside = set_aside(&self.folder).map_err(of_folder)?;
-        self.connection = begin(&self.folder)?;
-        self.write_copies().map_err(|error| JournalError::Database { path: path(&self.folder), error })?;
-        Ok(aside)
+    /// Sets the damaged file aside; the next write begins a new one, with the same state.
+    pub(super) fn set_aside(&mut self) -> std::io::Result<()> {
+        // It would remove the log of the new one.
+        self.connection = None;
+        // One that is empty was begun just now.
+        if std::fs::metadata(path(&self.folder)).is_ok_and(|m| m.len() > 0) {
+            let aside = set_aside(&self.folder)?;
+            if self.known {
+                self.miss(self.last.0);
+            } else {
+                self.known = true;
+                self.salvage_from(&aside);
+            }
+            self.aside = Some(aside);
+        }
+        Ok(())
     }
 
-    /// Writes all state and all cursors into the file.
-    fn write_copies(&mut self) -> rusqlite::Result<()> {
-        let transaction = self.connection.transaction()?;
-        keep(&transaction, &self.kept.iter().map(|(name, value)| (name.as_str(), Some(value.as_str()))).collect())?;
-        move_cursors(&transaction, self.cursors.iter())?;
-        transaction.commit()
+    /// True while no file is open: what waits may be nothing but the state.
+    pub(super) fn is_to_begin(&self) -> bool {
+        self.connection.is_none()
+    }
+
+    /// The file that was set aside, once a new one has begun; told once.
+    pub(super) fn begun_anew(&mut self) -> Option<PathBuf> {
+        if self.connection.is_some() { self.aside.take() } else { None }
     }
 
     /// Makes sure that numbers below `next` and some more are known to be taken, whatever becomes of the database.
@@ -158,17 +269,18 @@ impl Store {
 
 /// What a file has.
 struct Contents {
-    last: (u64, u64),
+    /// Number and time of the last record, or the number it began after.
+    last: Option<(u64, u64)>,
     kept: BTreeMap<String, String>,
     cursors: BTreeMap<String, Cursor>,
 }
 
-fn contents(folder: &Path, connection: &Connection) -> Result<Contents, JournalError> {
-    let read = || -> rusqlite::Result<Contents> {
-        let (kept, cursors) = (tables::kept(connection)?, tables::cursors(connection)?);
-        Ok(Contents { last: tables::last(connection)?, kept, cursors })
-    };
-    read().map_err(|error| JournalError::Database { path: path(folder), error })
+impl Contents {
+    fn read(connection: &Connection) -> rusqlite::Result<Self> {
+        let last = tables::last(connection)?;
+        let last = if last.is_some() { last } else { tables::began_after(connection)?.map(|seq| (seq, 0)) };
+        Ok(Self { last, kept: tables::kept(connection)?, cursors: tables::cursors(connection)? })
+    }
 }
 
 fn insert(transaction: &Transaction<'_>, items: &[Item]) -> rusqlite::Result<()> {
@@ -180,7 +292,8 @@ fn insert(transaction: &Transaction<'_>, items: &[Item]) -> rusqlite::Result<()>
     for r in items.iter().filter_map(|i| i.record.as_ref()) {
         insert.execute(params![
             r.seq as i64,
-            r.time as i64,
+            // What lies beyond is beyond every filter; the year 2262.
+            i64::try_from(r.time).unwrap_or(i64::MAX - 1),
             r.kind as u8,
             r.source,
             r.transition,
@@ -234,9 +347,24 @@ impl WriteError {
     pub(super) fn of(error: &rusqlite::Error) -> Self {
         if is_damage(error) { Self::Damaged(error.to_string()) } else { Self::Refused(error.to_string()) }
     }
+
+    fn of_opening(error: &JournalError) -> Self {
+        if let JournalError::Database { error, .. } = error {
+            Self::of(error)
+        } else {
+            Self::Refused(error.to_string())
+        }
+    }
 }
 
-fn is_damage(error: &rusqlite::Error) -> bool {
+/// True for what may end by itself: a disk that is full, or takes nothing for now.
+fn may_pass(error: &JournalError) -> bool {
+    use ErrorCode::{CannotOpen, DiskFull, ReadOnly, SystemIoFailure};
+    let JournalError::Database { error, .. } = error else { return false };
+    matches!(error.sqlite_error_code(), Some(DiskFull | ReadOnly | CannotOpen | SystemIoFailure))
+}
+
+pub(super) fn is_damage(error: &rusqlite::Error) -> bool {
     matches!(error.sqlite_error_code(), Some(ErrorCode::DatabaseCorrupt | ErrorCode::NotADatabase))
 }
 
@@ -248,11 +376,17 @@ fn read_reserved(folder: &Path) -> std::io::Result<u64> {
     }
 }
 
+/// Names for damaged files, in the order they are used.
+fn asides(folder: &Path) -> impl Iterator<Item = PathBuf> {
+    (1..).map(move |n| folder.join(format!("journal.damaged-{n}.db")))
+}
+
 /// Renames the database and what belongs to it; where it stands now.
 fn set_aside(folder: &Path) -> std::io::Result<PathBuf> {
-    let name = (1..).map(|n| folder.join(format!("journal.damaged-{n}.db"))).find(|p| !p.exists());
-    let Some(aside) = name else { return Err(std::io::Error::other("no name is free")) };
-    std::fs::rename(path(folder), &aside)?;
+    let Some(aside) = asides(folder).find(|p| !p.exists()) else {
+        return Err(std::io::Error::other("no name is free"));
+    };
+    // The database last: a new one never finds the log of the old one.
     for end in ["-wal", "-shm"] {
         let (from, to) = (folder.join(format!("{FILE}{end}")), PathBuf::from(format!("{}{end}", aside.display())));
         match std::fs::rename(from, to) {
@@ -260,6 +394,9 @@ fn set_aside(folder: &Path) -> std::io::Result<PathBuf> {
             _ => {}
         }
     }
+    std::fs::rename(path(folder), &aside)?;
+    // A file without tables says that state stands in the one that was set aside. It will be made anyhow.
+    let _ = File::create(path(folder));
     Ok(aside)
 }
 
@@ -300,9 +437,10 @@ mod tests {
         let folder = tempfile::TempDir::new().expect("a folder");
         let (mut store, _) = Store::open(folder.path(), Retention::default()).expect("a journal");
         store.write(&[item(1), item(2)], &[("file".to_owned(), 2)].into()).expect("room");
-        let aside = store.begin_anew().expect("a new file");
-        assert!(aside.exists());
+        store.set_aside().expect("a new name");
+        assert_eq!(store.begun_anew(), None, "not yet");
         store.write(&[item(3), item(4)], &BTreeMap::new()).expect("room");
+        assert!(store.begun_anew().expect("a new file").exists());
         // Another program sees it at once, and it is there after the end.
         assert_eq!(numbers(folder.path()), [3, 4]);
         assert!(folder.path().join("journal.db-wal").exists(), "the new file has its log");
@@ -320,7 +458,9 @@ mod tests {
         store.write(&[item(1)], &BTreeMap::new()).expect("room");
         store
             .connection
-            .execute_batch("DROP TABLE kept; DROP TABLE sinks; PRAGMA user_version = 1")
+            .as_ref()
+            .expect("an open file")
+            .execute_batch("DROP TABLE known; DROP TABLE kept; DROP TABLE sinks; PRAGMA user_version = 1")
             .expect("as it was");
         drop(store);
         let reader = Reader::open(folder.path()).expect("an old journal");

@@ -1,10 +1,10 @@
 //! The tables of the database: records, what is kept besides them, how far each sink is.
 
-use super::{FILE, JournalError, SOURCE};
+use super::{FILE, JournalError, OVERFLOW, SOURCE};
 use crate::{Kind, Record};
 use latchwork_image::Value;
 use rusqlite::types::{ToSqlOutput, ValueRef};
-use rusqlite::{Connection, ErrorCode, OpenFlags, OptionalExtension, Row};
+use rusqlite::{Connection, ErrorCode, OpenFlags, OptionalExtension, Row, Transaction, TransactionBehavior};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
@@ -26,8 +26,8 @@ pub(super) fn path(folder: &Path) -> PathBuf {
     folder.join(FILE)
 }
 
-/// Opens the database for writing, with its tables; those of an older version are added to.
-pub(super) fn begin(folder: &Path) -> Result<Connection, JournalError> {
+/// Opens the database for writing, and the version of its tables; 0 without any. Nothing is written where all are there.
+pub(super) fn connect(folder: &Path) -> Result<(Connection, i64), JournalError> {
     let path = path(folder);
     let database = |error| JournalError::Database { path: path.clone(), error };
     let connection = Connection::open(&path).map_err(database)?;
@@ -37,31 +37,70 @@ pub(super) fn begin(folder: &Path) -> Result<Connection, JournalError> {
     }
     // FULL: a commit has reached the disk when it returns.
     connection
-        .execute_batch(&format!(
+        .execute_batch(
             "PRAGMA journal_mode = WAL; PRAGMA synchronous = FULL; PRAGMA wal_autocheckpoint = 4000; \
-             PRAGMA journal_size_limit = 67108864;
-             BEGIN IMMEDIATE;
-             CREATE TABLE IF NOT EXISTS records (
-                 seq INTEGER PRIMARY KEY, time INTEGER NOT NULL, kind INTEGER NOT NULL, source TEXT NOT NULL,
-                 transition TEXT NOT NULL, previous, current, priority INTEGER NOT NULL, user TEXT NOT NULL,
-                 text TEXT NOT NULL);
-             CREATE INDEX IF NOT EXISTS records_time ON records (time);
-             CREATE TABLE IF NOT EXISTS kept (name TEXT PRIMARY KEY, value TEXT NOT NULL) WITHOUT ROWID;
-             CREATE TABLE IF NOT EXISTS sinks (
-                 name TEXT PRIMARY KEY, seq INTEGER NOT NULL, dropped INTEGER NOT NULL DEFAULT 0) WITHOUT ROWID;
-             PRAGMA user_version = {VERSION};
-             COMMIT;"
-        ))
+             PRAGMA journal_size_limit = 67108864;",
+        )
         .map_err(database)?;
-    Ok(connection)
+    Ok((connection, version))
 }
 
-/// Number and time of the last record; 0 without one.
-pub(super) fn last(connection: &Connection) -> rusqlite::Result<(u64, u64)> {
+/// Makes the tables, or those that an older version lacks, in a transaction that is still open. A new file knows after which
+/// number it began.
+pub(super) fn create(connection: &mut Connection, after: Option<u64>) -> rusqlite::Result<Transaction<'_>> {
+    let transaction = connection.transaction_with_behavior(TransactionBehavior::Immediate)?;
+    transaction.execute_batch(&format!(
+        "CREATE TABLE IF NOT EXISTS records (
+             seq INTEGER PRIMARY KEY, time INTEGER NOT NULL, kind INTEGER NOT NULL, source TEXT NOT NULL,
+             transition TEXT NOT NULL, previous, current, priority INTEGER NOT NULL, user TEXT NOT NULL,
+             text TEXT NOT NULL);
+         CREATE INDEX IF NOT EXISTS records_time ON records (time);
+         CREATE TABLE IF NOT EXISTS kept (name TEXT PRIMARY KEY, value TEXT NOT NULL) WITHOUT ROWID;
+         CREATE TABLE IF NOT EXISTS sinks (
+             name TEXT PRIMARY KEY, seq INTEGER NOT NULL, dropped INTEGER NOT NULL DEFAULT 0) WITHOUT ROWID;
+         CREATE TABLE IF NOT EXISTS known (name TEXT PRIMARY KEY, value NOT NULL) WITHOUT ROWID;
+         PRAGMA user_version = {VERSION};"
+    ))?;
+    if let Some(after) = after {
+        transaction.execute("INSERT OR REPLACE INTO known (name, value) VALUES ('after', ?1)", [after as i64])?;
+    }
+    Ok(transaction)
+}
+
+/// Opens the database for reading where nothing can be written and nobody writes it: without its log.
+pub(super) fn as_it_lies(folder: &Path) -> rusqlite::Result<Connection> {
+    let name = path(folder).to_string_lossy().replace('%', "%25").replace('?', "%3f").replace('#', "%23");
+    let flags = OpenFlags::SQLITE_OPEN_READ_ONLY | OpenFlags::SQLITE_OPEN_NO_MUTEX | OpenFlags::SQLITE_OPEN_URI;
+    let connection = Connection::open_with_flags(format!("file:{name}?immutable=1"), flags)?;
+    let version = connection.query_row("PRAGMA user_version", [], |row| row.get::<_, i64>(0))?;
+    // A newer one is refused by whoever opens it for writing.
+    if version > VERSION { Err(rusqlite::Error::InvalidQuery) } else { Ok(connection) }
+}
+
+/// Number and time of the last record.
+pub(super) fn last(connection: &Connection) -> rusqlite::Result<Option<(u64, u64)>> {
+    if !has(connection, "records")? {
+        return Ok(None);
+    }
     let row = connection.query_row("SELECT seq, time FROM records ORDER BY seq DESC LIMIT 1", [], |row| {
         Ok((row.get::<_, i64>(0)? as u64, row.get::<_, i64>(1)? as u64))
     });
-    Ok(row.optional()?.unwrap_or_default())
+    row.optional()
+}
+
+/// After which number the file began.
+pub(super) fn began_after(connection: &Connection) -> rusqlite::Result<Option<u64>> {
+    if !has(connection, "known")? {
+        return Ok(None);
+    }
+    let row = connection.query_row("SELECT value FROM known WHERE name = 'after'", [], |row| row.get::<_, i64>(0));
+    Ok(row.optional()?.map(|n| n as u64))
+}
+
+/// True when there is such a table.
+pub(super) fn has(connection: &Connection, table: &str) -> rusqlite::Result<bool> {
+    let there = "SELECT count(*) FROM sqlite_schema WHERE type = 'table' AND name = ?1";
+    Ok(connection.query_row(there, [table], |row| row.get::<_, i64>(0))? > 0)
 }
 
 /// What is kept besides records. A file of version 1 has nothing of it.
@@ -83,19 +122,22 @@ fn rows<T>(
     select: &str,
     of: impl Fn(&Row<'_>) -> rusqlite::Result<(String, T)>,
 ) -> rusqlite::Result<BTreeMap<String, T>> {
-    let there = "SELECT count(*) FROM sqlite_schema WHERE type = 'table' AND name = ?1";
-    if connection.query_row(there, [table], |row| row.get::<_, i64>(0))? == 0 {
+    if !has(connection, table)? {
         return Ok(BTreeMap::new());
     }
     let mut select = connection.prepare(select)?;
     select.query_map([], of)?.collect()
 }
 
+/// What could still be read of a damaged file: its last record, state, cursors.
+type Salvaged = (Option<(u64, u64)>, BTreeMap<String, String>, BTreeMap<String, Cursor>);
+
 /// What can still be read of a damaged file.
-pub(super) fn salvage(path: &Path) -> (BTreeMap<String, String>, BTreeMap<String, Cursor>) {
+pub(super) fn salvage(path: &Path) -> Salvaged {
     let flags = OpenFlags::SQLITE_OPEN_READ_ONLY | OpenFlags::SQLITE_OPEN_NO_MUTEX;
     let Ok(connection) = Connection::open_with_flags(path, flags) else { return Default::default() };
-    (kept(&connection).unwrap_or_default(), cursors(&connection).unwrap_or_default())
+    let (kept, cursors) = (kept(&connection).unwrap_or_default(), cursors(&connection).unwrap_or_default());
+    (last(&connection).unwrap_or_default(), kept, cursors)
 }
 
 /// Opens the database for reading alone.
@@ -179,7 +221,7 @@ pub(super) fn record(row: &Row<'_>) -> rusqlite::Result<Record> {
     })
 }
 
-/// A record that explains why numbers are missing.
+/// A record that explains why numbers are missing: those about a damaged file, or about what a sink will not get, do not.
 pub(super) fn explains(record: &Record) -> bool {
-    record.kind == Kind::Lost && record.source == SOURCE
+    record.kind == Kind::Lost && record.source == SOURCE && record.transition == OVERFLOW
 }

@@ -47,13 +47,17 @@ pub(super) fn run(mut store: Store, items: &Items, within: Duration, watch: &Wat
         let open = gather(items, &mut batch, if refused { Duration::ZERO } else { within }, idle);
         // They cost no write of their own while records come, and one a second otherwise.
         cursors.extend(watch.take_cursors());
-        if batch.is_empty() && cursors.is_empty() {
-            if !open {
-                return 0;
-            }
-        } else {
+        if let Some(why) = watch.take_damage() {
+            failed(&mut store, WriteError::Damaged(why), &mut refused, tell);
+        }
+        let mut taken = true;
+        if !batch.is_empty() || !cursors.is_empty() || store.is_to_begin() {
             match store.write(&batch, &cursors) {
                 Ok(()) => {
+                    if let Some(aside) = store.begun_anew() {
+                        watch.begun_anew();
+                        say(Notice::SetAside(aside));
+                    }
                     if let Some(last) = batch.iter().rev().find_map(|i| i.record.as_ref()) {
                         watch.committed(last.seq);
                     }
@@ -63,7 +67,10 @@ pub(super) fn run(mut store: Store, items: &Items, within: Duration, watch: &Wat
                         say(Notice::Accepted);
                     }
                 }
-                Err(error) => failed(&mut store, error, &mut refused, watch, tell),
+                Err(error) => {
+                    taken = false;
+                    failed(&mut store, error, &mut refused, tell);
+                }
             }
         }
         if open {
@@ -72,28 +79,24 @@ pub(super) fn run(mut store: Store, items: &Items, within: Duration, watch: &Wat
                     more_to_drop = step.more;
                     step.tell.into_iter().for_each(|(sink, count)| say(Notice::Dropped { sink, count }));
                 }
-                Err(error) => failed(&mut store, error, &mut refused, watch, tell),
+                Err(error) => failed(&mut store, error, &mut refused, tell),
             }
-        } else if !batch.is_empty() {
-            tries += 1;
-            if tries >= LAST_TRIES {
-                let left = batch.iter().filter(|i| i.record.is_some()).count();
-                return (left + items.waiting.load(Ordering::Relaxed)) as u64;
-            }
-        } else if cursors.is_empty() && items.waiting.load(Ordering::Relaxed) == 0 {
-            return 0;
+            continue;
+        }
+        tries += usize::from(!taken);
+        let waiting = items.waiting.load(Ordering::Relaxed);
+        if tries >= LAST_TRIES || taken && waiting == 0 {
+            // Cursors that were not taken are those of the last run that could write.
+            return (batch.iter().filter(|i| i.record.is_some()).count() + waiting) as u64;
         }
     }
 }
 
-fn failed(store: &mut Store, error: WriteError, refused: &mut bool, watch: &Watch, tell: &Sender<Notice>) {
+fn failed(store: &mut Store, error: WriteError, refused: &mut bool, tell: &Sender<Notice>) {
     match error {
-        WriteError::Damaged(why) => match store.begin_anew() {
-            Ok(aside) => {
-                watch.begun_anew();
-                // Nobody listens any more at the end.
-                let _ = tell.send(Notice::SetAside(aside));
-            }
+        // The next write begins a new one.
+        WriteError::Damaged(why) => match store.set_aside() {
+            Ok(()) => {}
             Err(error) => pause(refused, tell, &format!("{why}; {error}")),
         },
         WriteError::Refused(why) => pause(refused, tell, &why),

@@ -25,6 +25,8 @@ struct State {
     cursors: BTreeMap<String, u64>,
     /// How often the file was begun anew.
     files: u64,
+    /// What a reader of this file found damaged.
+    damage: Option<String>,
 }
 
 impl Watch {
@@ -70,6 +72,20 @@ impl Watch {
         self.state().files
     }
 
+    /// A reader has met damage: why, and what [`Watch::files`] said before it opened its file. That file is set aside within
+    /// about a second, and a new one begins.
+    pub fn damaged(&self, files: u64, why: &str) {
+        let mut state = self.state();
+        if state.files == files {
+            state.damage.get_or_insert_with(|| why.to_owned());
+        }
+    }
+
+    /// Damage that nothing was done about yet.
+    pub(super) fn take_damage(&self) -> Option<String> {
+        self.state().damage.take()
+    }
+
     pub(super) fn committed(&self, seq: u64) {
         let state = self.state();
         self.shared.durable.store(seq, Ordering::Release);
@@ -78,7 +94,9 @@ impl Watch {
     }
 
     pub(super) fn begun_anew(&self) {
-        self.state().files += 1;
+        let mut state = self.state();
+        (state.files, state.damage) = (state.files + 1, None);
+        drop(state);
         self.shared.changed.notify_all();
     }
 
