@@ -1,7 +1,7 @@
 //! The file of a journal that is written: batches, damage, numbers that are taken.
 
 use super::retention::Retention;
-use super::tables::{self, Cursor, Stored, begin, path};
+use super::tables::{self, Cursor, IDENTITY, Stored, begin, path};
 use super::{FILE, JournalError, Opening};
 use crate::{Kept, Record};
 use rusqlite::{Connection, ErrorCode, Transaction, params};
@@ -68,13 +68,20 @@ impl Store {
         let mut store =
             Self { folder: folder.into(), connection, reserved, last, kept, cursors, retention, _lock: lock };
         store.reserve(last.0 + 1).map_err(of_folder)?;
-        if set_aside.is_some() {
-            store.write_copies().map_err(|error| JournalError::Database { path: path(folder), error })?;
+        let of_database = |error| JournalError::Database { path: path(folder), error };
+        let named = store.kept.contains_key(IDENTITY);
+        if !named {
+            store.kept.insert(IDENTITY.into(), tables::new_identity(&store.connection).map_err(of_database)?);
         }
+        if set_aside.is_some() || !named {
+            store.write_copies().map_err(of_database)?;
+        }
+        let mut kept = store.kept.clone();
         let opening = Opening {
+            journal: kept.remove(IDENTITY).unwrap_or_default(),
             last: last.0,
             set_aside,
-            kept: store.kept.clone(),
+            kept,
             cursors: store.cursors.iter().map(|(name, cursor)| (name.clone(), cursor.seq)).collect(),
         };
         Ok((store, opening))
@@ -326,7 +333,9 @@ mod tests {
         let reader = Reader::open(folder.path()).expect("an old journal");
         assert!(reader.kept().expect("none").is_empty() && reader.cursors().expect("none").is_empty());
         let (mut store, opening) = Store::open(folder.path(), Retention::default()).expect("a journal");
-        assert_eq!(opening, Opening { last: 1, ..Opening::default() });
+        let journal = reader.journal().expect("an identity");
+        assert_eq!(journal.len(), 32);
+        assert_eq!(opening, Opening { last: 1, journal, ..Opening::default() });
         store.write(&[item(2)], &[("file".to_owned(), 1)].into()).expect("room");
         assert_eq!(numbers(folder.path()), [1, 2]);
         assert_eq!(reader.cursors().expect("cursors"), [("file".to_owned(), 1)].into());

@@ -12,6 +12,9 @@ use std::time::Duration;
 /// Version of the tables. 1 had records alone.
 pub(super) const VERSION: i64 = 2;
 
+/// The name that a journal's identity is kept under. It goes into the file that follows a damaged one: numbers go on there.
+pub(super) const IDENTITY: &str = "journal.identity";
+
 /// How far a sink is.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) struct Cursor {
@@ -54,6 +57,11 @@ pub(super) fn begin(folder: &Path) -> Result<Connection, JournalError> {
         ))
         .map_err(database)?;
     Ok(connection)
+}
+
+/// An identity that no other journal has.
+pub(super) fn new_identity(connection: &Connection) -> rusqlite::Result<String> {
+    connection.query_row("SELECT lower(hex(randomblob(16)))", [], |row| row.get(0))
 }
 
 /// Number and time of the last record; 0 without one.
