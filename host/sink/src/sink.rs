@@ -34,7 +34,7 @@ pub struct Problem {
 pub struct Claim {
     /// Key that says what.
     pub key: &'static str,
-    /// What, as a person reads it. Two claims of a key with the same text are the same thing.
+    /// What. Two claims of a key with the same text are the same thing.
     pub what: String,
 }
 

@@ -36,8 +36,9 @@ pub(super) fn sinks(checker: &mut Checker, file: &PlantFile, engine: &Engine, fo
         if let (Some(claim), Some(other)) = (&claim, sound.iter().find(same)) {
             let known = entry.values.has(claim.key);
             let span = if known { entry.values.span_of(claim.key) } else { entry.key.clone() };
-            let message = format!("sinks `{}` and `{}` both have {}", other.config.name, entry.name, claim.what);
-            let help = format!("give each a `{}` of its own", claim.key);
+            let (one, two, key) = (&other.config.name, &entry.name, claim.key);
+            let message = format!("sinks `{one}` and `{two}` have the same `{key}`");
+            let help = format!("give each a `{key}` of its own");
             checker.add(Finding::error(&span, message).maybe_help(Some(help)));
         }
         sound.push(SinkSpec { kind, config });

@@ -71,7 +71,8 @@ impl Store {
         let of_database = |error| JournalError::Database { path: path(folder), error };
         let named = store.kept.contains_key(IDENTITY);
         if !named {
-            store.kept.insert(IDENTITY.into(), tables::new_identity(&store.connection).map_err(of_database)?);
+            let new = || tables::new_identity(&store.connection).map_err(of_database);
+            store.kept.insert(IDENTITY.into(), identity(folder, new)?);
         }
         if set_aside.is_some() || !named {
             store.write_copies().map_err(of_database)?;
@@ -253,6 +254,24 @@ fn read_reserved(folder: &Path) -> std::io::Result<u64> {
         Err(error) if error.kind() == std::io::ErrorKind::NotFound => Ok(0),
         Err(error) => Err(error),
     }
+}
+
+/// The identity of the numbers in this folder, also where the database that knew it is damaged or gone; or a new one.
+fn identity(folder: &Path, new: impl FnOnce() -> Result<String, JournalError>) -> Result<String, JournalError> {
+    let of_folder = |error| JournalError::Folder { folder: folder.into(), error };
+    let (path, draft) = (folder.join(IDENTITY), folder.join(format!("{IDENTITY}.new")));
+    if let Some(known) = std::fs::read_to_string(&path).ok().filter(|text| !text.trim().is_empty()) {
+        return Ok(known.trim().to_owned());
+    }
+    let identity = new()?;
+    let write = || {
+        std::fs::write(&draft, format!("{identity}\n"))?;
+        File::open(&draft)?.sync_all()?;
+        std::fs::rename(&draft, &path)?;
+        File::open(folder)?.sync_all()
+    };
+    write().map_err(of_folder)?;
+    Ok(identity)
 }
 
 /// Renames the database and what belongs to it; where it stands now.

@@ -12,7 +12,8 @@ use std::time::Duration;
 /// Version of the tables. 1 had records alone.
 pub(super) const VERSION: i64 = 2;
 
-/// The name that a journal's identity is kept under. It goes into the file that follows a damaged one: numbers go on there.
+/// The name that a journal's identity is kept under, and of a file beside with the same. It stays when a damaged file is begun
+/// anew: numbers go on there.
 pub(super) const IDENTITY: &str = "journal.identity";
 
 /// How far a sink is.
