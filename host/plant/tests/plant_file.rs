@@ -254,6 +254,16 @@ fn sinks_and_the_journal() {
             ("a topic with a wildcard", with("[sink.m]\nkind = \"mqtt\"\naddress = \"x\"\ntopic = \"a/+\"")),
             ("two targets", with("[sink.s]\nkind = \"syslog\"\ntarget = \"journald\"\npath = \"/dev/log\"")),
             ("a name with a dot", with("[sink.\"a.b\"]\nkind = \"syslog\"")),
+            ("a file of two", {
+                let sink = |name: &str, path: &str| format!("[sink.{name}]\nkind = \"jsonl\"\npath = \"{path}\"\n");
+                with(&(sink("one", "log/r.jsonl") + &sink("two", "./log/../log/r.jsonl")))
+            }),
+            ("a client of two", {
+                let sink = |name: &str, port: u16| {
+                    format!("[sink.{name}]\nkind = \"mqtt\"\naddress = \"x\"\nport = {port}\nclient-id = \"me\"\n")
+                };
+                with(&(sink("one", 1883) + &sink("two", 1883) + &sink("three", 1884)))
+            }),
             ("sinks that are none", with("[sink]\nfile = 1")),
             ("a journal that is too small", with("[journal]\nsize = \"1MiB\"\nage = \"90\"\nwithn = \"1s\"")),
         ],

@@ -177,7 +177,9 @@ fn the_newest_records_that_fit_and_pages_that_tell_how_far_they_went() {
 #[test]
 fn a_damaged_file_is_set_aside_and_no_number_comes_twice() {
     let folder = TempDir::new().unwrap();
-    let (mut journal, _) = open(folder.path());
+    let (mut journal, first) = open(folder.path());
+    assert_eq!(first.journal.len(), 32);
+    assert_ne!(first.journal, open(TempDir::new().unwrap().path()).1.journal);
     (1..=5000).for_each(|n| journal.push(&record(n, "before")));
     journal.close();
     let path = folder.path().join("journal.db");
@@ -194,6 +196,8 @@ fn a_damaged_file_is_set_aside_and_no_number_comes_twice() {
     std::fs::write(&path, b"no database at all, and long enough to be looked at as one").unwrap();
     let (_, again) = open(folder.path());
     assert!(aside.exists() && again.set_aside.as_ref() != Some(&aside) && again.last > opening.last);
+    // Numbers go on: it is the same journal.
+    assert_eq!((&opening.journal, &again.journal), (&first.journal, &first.journal));
 }
 
 #[test]

@@ -20,5 +20,5 @@ mod worker;
 pub use component::COMPONENT;
 pub use keys::{KEYS, check};
 pub use runner::{Report, Runner, What};
-pub use sink::{Config, Problem, Sink, SinkKind};
+pub use sink::{Claim, Config, Problem, Sink, SinkKind};
 pub use status::{State, Status, Statuses};

@@ -67,7 +67,8 @@ impl Runner {
         let (finished, done) = channel();
         let (stop, statuses, tell) = (Arc::new(AtomicBool::new(false)), Statuses::new(watch), Arc::new(tell) as Tell);
         let mut runner = Self { stop, watch: watch.clone(), statuses, names: Vec::new(), done };
-        for (kind, config) in sinks {
+        for (kind, mut config) in sinks {
+            config.journal = watch.journal().to_owned();
             let settings = Settings::new(&config);
             let cursor = cursors.get(&config.name).copied().unwrap_or_else(|| {
                 let begin = if settings.now { watch.durable() } else { 0 };

@@ -2,7 +2,7 @@
 
 use latchwork_record::Record;
 use latchwork_schema::{Section, Values};
-use std::path::PathBuf;
+use std::path::{Component, Path, PathBuf};
 
 /// A kind of sink: `jsonl`, `mqtt`, … One static of this type per kind, listed in [`crate::kinds`].
 pub struct SinkKind {
@@ -12,6 +12,8 @@ pub struct SinkKind {
     pub keys: &'static Section,
     /// What is wrong with the keys taken together.
     pub check: fn(&Config) -> Vec<Problem>,
+    /// What of the world no other sink may have, too.
+    pub claim: fn(&Config) -> Option<Claim>,
     /// Makes the sink. What may be missing for a time (a broker) is not opened here.
     pub open: fn(&Config) -> Result<Box<dyn Sink>, String>,
 }
@@ -27,6 +29,32 @@ pub struct Problem {
     pub help: Option<String>,
 }
 
+/// What a sink must have for itself: two that write one file, or log in under one name, undo each other's work.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Claim {
+    /// Key that says what.
+    pub key: &'static str,
+    /// What. Two claims of a key with the same text are the same thing.
+    pub what: String,
+}
+
+impl Claim {
+    /// A file or a folder, whatever its name is written like.
+    pub fn path(key: &'static str, path: &Path) -> Self {
+        let absolute = std::path::absolute(path).unwrap_or_else(|_| path.into());
+        // What is there may be named through links; what is not there yet begins below something that is.
+        let there = absolute.ancestors().find_map(|a| Some((a.canonicalize().ok()?, absolute.strip_prefix(a).ok()?)));
+        let (mut plain, rest) = there.unwrap_or((PathBuf::new(), &absolute));
+        for part in rest.components() {
+            match part {
+                Component::ParentDir => drop(plain.pop()),
+                part => plain.push(part),
+            }
+        }
+        Self { key, what: plain.display().to_string() }
+    }
+}
+
 /// A sink as the plant file has it.
 #[derive(Clone, Debug)]
 pub struct Config {
@@ -40,6 +68,8 @@ pub struct Config {
     pub components: Vec<PathBuf>,
     /// Folder for compiled components; `None` compiles them anew at every start.
     pub cache: Option<PathBuf>,
+    /// Identity of the journal that it reads: numbers of another one say nothing about this. Empty before there is one.
+    pub journal: String,
     /// Its keys.
     pub values: Values,
 }

@@ -76,6 +76,9 @@ impl Worker {
         let before = self.feed.cursor();
         let more = self.feed.fill(&self.watch).map_err(|why| format!("the journal cannot be read: {why}"))?;
         self.moved(before);
+        if self.feed.patience().is_none() {
+            self.recovered();
+        }
         match self.feed.patience() {
             Some(patience) if patience.is_zero() || at_once && !more => {
                 self.send()?;
@@ -95,6 +98,7 @@ impl Worker {
             self.moved(before);
         }
         self.sink = Some(sink);
+        self.recovered();
         Ok(())
     }
 
@@ -104,13 +108,18 @@ impl Worker {
         let before = self.feed.cursor();
         self.feed.kept(seq)?;
         self.moved(before);
+        self.recovered();
+        self.show();
+        Ok(())
+    }
+
+    /// It works: tells so if it did not before.
+    fn recovered(&mut self) {
         if self.pause.take().is_some() {
             let waiting = self.feed.waiting(&self.watch);
             self.say(What::Accepted { waiting });
             self.statuses.change(self.index, |s| (s.state, s.error) = (State::Fine, String::new()));
         }
-        self.show();
-        Ok(())
     }
 
     /// Nothing to write: other duties of the sink, then sleep until there is something.

@@ -4,7 +4,7 @@ mod support;
 
 use latchwork_record::Record;
 use latchwork_sink::kinds::jsonl::JSONL;
-use latchwork_sink::{Sink, What};
+use latchwork_sink::{Config, Sink, What};
 use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
@@ -25,6 +25,7 @@ fn records(numbers: impl IntoIterator<Item = u64>) -> Vec<Record> {
 /// The files in order of their first number, without the folder.
 fn files(folder: &Path) -> Vec<String> {
     let mut files: Vec<PathBuf> = std::fs::read_dir(folder.join("log")).unwrap().map(|e| e.unwrap().path()).collect();
+    files.retain(|path| path.extension().is_some_and(|e| e == "jsonl"));
     files.sort_by_key(|path| numbers_in(path).first().copied().unwrap_or(u64::MAX));
     files.iter().map(|p| p.file_name().unwrap().to_string_lossy().into_owned()).collect()
 }
@@ -111,8 +112,74 @@ fn a_file_of_a_journal_that_is_gone_hides_nothing_and_is_not_written_over() {
     let mut bench = Bench::start(&data, vec![(&JSONL, config(&JSONL, folder.path(), "path = \"log/r.jsonl\""))]);
     bench.store(20);
     bench.stop();
-    let all: Vec<_> = (1..=50).chain(1..=20).collect();
-    assert_eq!(numbers(folder.path()), all);
+    let log = folder.path().join("log");
+    assert_eq!(numbers_in(&log.join("r.jsonl")), (1..=20).collect::<Vec<_>>());
+    assert_eq!(numbers_in(&log.join("r-2027-01-15-1.jsonl")), (1..=50).collect::<Vec<_>>());
+}
+
+#[test]
+fn numbers_of_another_journal_hide_nothing() {
+    let folder = TempDir::new().unwrap();
+    let of = |journal: &str| {
+        let config = config(&JSONL, folder.path(), "path = \"log/r.jsonl\"\nsize = \"4KiB\"\nkeep = 2");
+        (JSONL.open)(&Config { journal: journal.into(), ..config }).expect("a sink")
+    };
+    assert_eq!(of("one").write(&records(1..=100)), Ok(100));
+    assert_eq!(of("one").kept(), Some(100));
+    // Twice: nothing was written between.
+    assert_eq!((of("two").kept(), of("two").kept()), (None, None));
+    assert_eq!(of("two").write(&records(1..=60)), Ok(60));
+    assert_eq!(of("two").kept(), Some(60));
+    // The files that stay are the newest, although the other journal's have higher numbers.
+    assert_eq!(numbers(folder.path()).last(), Some(&60));
+    assert!(numbers(folder.path()).is_sorted());
+}
+
+#[test]
+fn a_clock_that_is_set_back_removes_no_newer_file() {
+    let folder = TempDir::new().unwrap();
+    let at = |seq: u64, day: u64| Record { time: record(seq).time - day * 86_400_000_000_000, ..record(seq) };
+    let keys = "size = \"4KiB\"\nkeep = 2";
+    let batch: Vec<_> = (1..=200).map(|seq| at(seq, seq / 60)).collect();
+    assert_eq!(open(folder.path(), keys).write(&batch), Ok(200));
+    let left = numbers(folder.path());
+    assert_eq!(left, (left[0]..=200).collect::<Vec<_>>());
+    // Ended just after a file was renamed.
+    std::fs::remove_file(folder.path().join("log/r.jsonl")).unwrap();
+    let renamed = numbers(folder.path()).last().copied();
+    assert_eq!(open(folder.path(), keys).kept(), renamed);
+}
+
+#[test]
+fn a_file_that_somebody_takes_away_is_begun_anew() {
+    let folder = TempDir::new().unwrap();
+    let path = folder.path().join("log/r.jsonl");
+    let mut sink = open(folder.path(), "");
+    assert_eq!(sink.write(&records(1..=3)), Ok(3));
+    std::fs::remove_file(&path).unwrap();
+    assert_eq!(sink.write(&records(4..=6)), Ok(6));
+    assert_eq!(numbers_in(&path), [4, 5, 6]);
+    std::fs::rename(&path, folder.path().join("log/r.jsonl.1")).unwrap();
+    assert_eq!(sink.write(&records(7..=8)), Ok(8));
+    assert_eq!(numbers_in(&path), [7, 8]);
+    // As `copytruncate` does it.
+    std::fs::OpenOptions::new().write(true).open(&path).unwrap().set_len(0).unwrap();
+    assert_eq!(sink.write(&records(9..=9)), Ok(9));
+    assert_eq!(numbers_in(&path), [9]);
+}
+
+#[test]
+fn a_file_of_somebody_elses_is_refused_and_left_alone() {
+    for text in ["a list\nmilk, bread", "milk, bread", "a list\n", "{\"set\":1"] {
+        let folder = TempDir::new().unwrap();
+        std::fs::create_dir(folder.path().join("log")).unwrap();
+        let path = folder.path().join("log/r.jsonl");
+        std::fs::write(&path, text).unwrap();
+        let config = config(&JSONL, folder.path(), "path = \"log/r.jsonl\"");
+        let why = (JSONL.open)(&config).err().expect(text);
+        assert!(why.contains("log/r.jsonl is no record; move the file away"), "{why}");
+        assert_eq!(std::fs::read_to_string(&path).unwrap(), text);
+    }
 }
 
 #[test]
@@ -126,7 +193,7 @@ fn a_folder_that_cannot_be_made_is_told_and_tried_again() {
     assert!(matches!(&report.what, What::Refused(why) if why.contains("log/r.jsonl cannot be opened")), "{report:?}");
     std::fs::remove_file(folder.path().join("log")).unwrap();
     bench.deliver(PATIENCE);
-    assert_eq!(bench.reports.recv_timeout(PATIENCE).unwrap().what, What::Accepted { waiting: 0 });
+    assert_eq!(bench.reports.recv_timeout(PATIENCE).unwrap().what, What::Accepted { waiting: 10 });
     bench.stop();
     assert_eq!(numbers(folder.path()), (1..=10).collect::<Vec<_>>());
 }
@@ -166,6 +233,8 @@ fn a_full_disk_tears_no_line_and_loses_none() {
     bench.store(5000);
     let report = bench.reports.recv_timeout(PATIENCE).unwrap();
     assert!(matches!(&report.what, What::Refused(why) if why.contains("No space left")), "{report:?}");
+    // No line is torn, also before there is room: `numbers` would say so.
+    assert!(!numbers(disk.0.path()).is_empty());
     disk.resize("16m");
     bench.deliver(PATIENCE);
     bench.stop();

@@ -160,6 +160,44 @@ fn with_tls_and_a_password_and_not_without() {
 }
 
 #[test]
+fn a_password_that_is_replaced_needs_no_restart() {
+    let folder = TempDir::new().unwrap();
+    let Some(mut broker) = broker(folder.path(), "allow_anonymous false\npassword_file users\n") else { return };
+    broker::user(folder.path(), "anna", "secret");
+    broker.start();
+    let keys =
+        format!("address = \"127.0.0.1\"\nport = {}\nusername = \"anna\"\npassword-file = \"password\"", broker.port);
+    std::fs::write(folder.path().join("password"), "sesame\n").unwrap();
+    let mut sink = (MQTT.open)(&config(&MQTT, folder.path(), &keys)).unwrap();
+    assert!(sink.write(&[record(1)]).is_err());
+    std::fs::write(folder.path().join("password"), "secret\n").unwrap();
+    assert_eq!(sink.write(&[record(1)]), Ok(1));
+}
+
+#[test]
+fn a_record_that_the_broker_never_takes_goes_without_its_text_and_holds_up_no_other() {
+    let folder = TempDir::new().unwrap();
+    let Some(mut broker) = broker(folder.path(), "max_packet_size 20000\n") else { return };
+    broker.start();
+    let subscriber = Subscriber::start(broker.port, "latchwork/pumps/records/#");
+    let keys = format!("address = \"127.0.0.1\"\nport = {}", broker.port);
+    let mut bench = Bench::start(&folder.path().join("data"), vec![(&MQTT, config(&MQTT, folder.path(), &keys))]);
+    bench.journal.push(&record(1));
+    bench.journal.push(&Record { text: "x".repeat(50_000), ..record(2) });
+    bench.journal.push(&record(3));
+    assert!(bench.journal.settle(PATIENCE));
+    bench.deliver(PATIENCE);
+    let mut texts = std::collections::BTreeMap::new();
+    while !texts.contains_key(&3) {
+        let text = subscriber.next(PATIENCE).1;
+        texts.insert(seq(&text), text);
+    }
+    assert_eq!((&texts[&1], &texts[&3]), (&record(1).to_json(), &record(3).to_json()));
+    assert!(texts[&2].contains("left out: the broker takes no message of 50"), "{}", texts[&2]);
+    bench.stop();
+}
+
+#[test]
 fn a_broker_that_is_not_there_is_an_error_that_names_it() {
     let folder = TempDir::new().unwrap();
     let port = broker::free_port();

@@ -34,6 +34,7 @@ static FAKE: SinkKind = SinkKind {
     name: "fake",
     keys: &NO_KEYS,
     check: |_| Vec::new(),
+    claim: |_| None,
     open: |config| Ok(Box::new(Fake(Arc::clone(&behaviours().lock().unwrap()[&config.name])))),
 };
 
@@ -184,6 +185,35 @@ fn a_sink_that_is_down_is_told_of_once_and_gets_everything_when_it_is_up() {
     assert!(matches!(second, What::Accepted { waiting } if waiting > 9000 && waiting < 10_000), "{second:?}");
     assert_eq!(seen.numbers(), (1..=10_000).collect::<Vec<_>>());
     assert_eq!(statuses.list()[0].state, State::Fine);
+    bench.stop();
+}
+
+/// A sink that opens at the third try, and gets nothing that its filters let pass.
+static LATE: SinkKind = SinkKind {
+    name: "late",
+    keys: &NO_KEYS,
+    check: |_| Vec::new(),
+    claim: |_| None,
+    open: |config| {
+        static TRIES: Mutex<u32> = Mutex::new(0);
+        let mut tries = TRIES.lock().unwrap();
+        *tries += 1;
+        if *tries < 3 { Err("not yet".into()) } else { (FAKE.open)(config) }
+    },
+};
+
+#[test]
+fn a_sink_that_works_again_says_so_also_when_there_is_nothing_for_it() {
+    let folder = TempDir::new().unwrap();
+    let (_, config) = fake("late", "kinds = [\"alarm\"]", |_| Err("nothing was to come".into()));
+    let mut bench = Bench::start(folder.path(), vec![(&LATE, config)]);
+    bench.store(10);
+    let what = |bench: &Bench| bench.reports.recv_timeout(PATIENCE).expect("a report").what;
+    assert_eq!(what(&bench), What::Refused("not yet".into()));
+    assert!(matches!(what(&bench), What::Accepted { .. }));
+    let statuses = bench.runner.as_ref().unwrap().statuses();
+    wait_for(PATIENCE, "it is fine", || statuses.list()[0].state == State::Fine);
+    bench.deliver(PATIENCE);
     bench.stop();
 }
 

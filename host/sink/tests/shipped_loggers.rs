@@ -4,7 +4,7 @@
 mod loggers;
 
 use latchwork_record::{Record, rfc3339};
-use latchwork_sink::Sink;
+use latchwork_sink::{COMPONENT, Config, Sink};
 use loggers::{open, record, records};
 use serde_json::{Value, json};
 use std::io::Read;
@@ -157,6 +157,24 @@ fn csv_days_survives_that_its_directory_is_gone() {
     std::fs::remove_file(folder.path().join("logs")).unwrap();
     assert_eq!(open(folder.path(), CSV).write(&records(11..=20)), Ok(20));
     assert_eq!(rows(folder.path()).len(), 10);
+}
+
+#[test]
+fn numbers_of_another_journal_hide_nothing_from_the_loggers() {
+    let folder = TempDir::new().unwrap();
+    for (table, journal, numbers) in
+        [(CSV, "one", 1..=200), (CSV, "two", 1..=130), (COUNTER, "one", 1..=200), (COUNTER, "two", 1..=130)]
+    {
+        let config = Config { journal: journal.into(), ..loggers::config(folder.path(), table) };
+        let last = *numbers.end();
+        assert_eq!((COMPONENT.open)(&config).unwrap().write(&records(numbers)), Ok(last));
+    }
+    std::fs::remove_file(folder.path().join("logs/journal.json")).unwrap();
+    assert_eq!(rows(folder.path()).len(), 330);
+    let counts = counts(folder.path());
+    assert_eq!((&counts["seq"], &counts["journal"]), (&json!(128), &json!("two")));
+    let raised = counts["counts"].as_object().unwrap().values().map(|c| c["raised"].as_u64().unwrap());
+    assert_eq!(raised.sum::<u64>(), 5);
 }
 
 const COUNTER: &str = "kind = 'component'\ncomponent = 'alarm-counter'\ndirectory = 'counts'";

@@ -58,6 +58,16 @@ fn a_record_is_a_line_with_severity_and_all_that_is_known() {
 }
 
 #[test]
+fn a_record_that_no_socket_takes_whole_is_cut() {
+    let folder = TempDir::new().unwrap();
+    let socket = listen(&folder.path().join("log"));
+    let mut sink = (SYSLOG.open)(&config(&SYSLOG, folder.path(), "path = \"log\"")).unwrap();
+    assert_eq!(sink.write(&[Record { text: "ä".repeat(1 << 20), ..record(17) }]), Ok(17));
+    let text = String::from_utf8(datagram(&socket)).unwrap();
+    assert!(text.len() > 32_000 && text.ends_with("ä… [seq 17, 2027-01-15T08:00:00.017000000Z]"), "{}", text.len());
+}
+
+#[test]
 fn a_daemon_that_goes_and_comes_back_gets_the_rest() {
     let folder = TempDir::new().unwrap();
     let path = folder.path().join("log");

@@ -16,6 +16,9 @@ pub(crate) struct Counts {
 
 #[derive(Clone, Default, Deserialize, Serialize)]
 struct Content {
+    /// Identity of the journal that the number is of; empty where the plant did not say.
+    #[serde(default, skip_serializing_if = "String::is_empty")]
+    journal: String,
     /// Number of the last alarm that was counted.
     seq: u64,
     /// Source, transition, times.
@@ -23,10 +26,11 @@ struct Content {
 }
 
 impl Counts {
-    /// Goes on from what is there; from nothing where there is no file.
-    pub(crate) fn open(folder: &Path) -> Result<Self, String> {
+    /// Goes on from what is there; from nothing where there is no file. The number of another journal counts for nothing; what
+    /// was counted stays.
+    pub(crate) fn open(folder: &Path, journal: &str) -> Result<Self, String> {
         let path = folder.join(FILE);
-        let content = match std::fs::read(&path) {
+        let mut content = match std::fs::read(&path) {
             Ok(bytes) => serde_json::from_slice(&bytes)
                 .map_err(|e| format!("{} is damaged: {e}; move it away to count from nothing", path.display()))?,
             Err(e) if e.kind() == std::io::ErrorKind::NotFound && folder.is_dir() => Content::default(),
@@ -37,6 +41,9 @@ impl Counts {
                 ));
             }
         };
+        if content.journal != journal {
+            (content.journal, content.seq) = (journal.to_owned(), 0);
+        }
         Ok(Self { folder: folder.to_owned(), content })
     }
 
@@ -86,9 +93,9 @@ mod tests {
     #[test]
     fn counts_go_on_where_they_stood() {
         let folder = tempfile::tempdir().unwrap();
-        let mut counts = Counts::open(folder.path()).unwrap();
+        let mut counts = Counts::open(folder.path(), "").unwrap();
         counts.add([(3, "a.alarms.high", "raised"), (5, "a.alarms.high", "returned")].into_iter()).unwrap();
-        let mut again = Counts::open(folder.path()).unwrap();
+        let mut again = Counts::open(folder.path(), "").unwrap();
         assert_eq!(again.seq(), 5);
         again.add([(9, "a.alarms.high", "raised")].into_iter()).unwrap();
         let json: serde_json::Value =
@@ -97,9 +104,21 @@ mod tests {
     }
 
     #[test]
+    fn the_number_of_another_journal_hides_nothing() {
+        let folder = tempfile::tempdir().unwrap();
+        let add = |journal: &str, seq| {
+            let mut counts = Counts::open(folder.path(), journal).unwrap();
+            let before = counts.seq();
+            counts.add([(seq, "a.alarms.high", "raised")].into_iter()).unwrap();
+            (before, counts.content.counts["a.alarms.high"]["raised"])
+        };
+        assert_eq!([add("one", 7), add("one", 9), add("two", 2), add("two", 3)], [(0, 1), (7, 2), (0, 3), (2, 4)]);
+    }
+
+    #[test]
     fn a_directory_that_is_missing_and_a_file_that_is_damaged_are_told() {
         let folder = tempfile::tempdir().unwrap();
-        let error = |path: &Path| Counts::open(path).err().unwrap();
+        let error = |path: &Path| Counts::open(path, "").err().unwrap();
         assert!(error(&folder.path().join("none")).contains("needs a `directory`"));
         std::fs::write(folder.path().join(FILE), "{\"seq\": 3").unwrap();
         assert!(error(folder.path()).contains("is damaged"));

@@ -10,7 +10,9 @@
 //! ```
 //!
 //! Counts are exact whatever is killed when: the number of the last record that was counted stands with them. A forwarded
-//! record may come twice (the connection broke after it arrived), never not at all.
+//! record may come twice (the connection broke after it arrived), never not at all. The other side must read to the end and close:
+//! one that keeps the connection open gets the same alarms again when `budget` is over. The number is of one journal: with another
+//! it is forgotten, and the counts go on.
 
 mod counts;
 mod forward;
@@ -52,8 +54,8 @@ struct AlarmCounter;
 
 impl Guest for AlarmCounter {
     fn open(config: String) -> Result<(), String> {
-        let to = destination(&config)?;
-        let counts = Counts::open(Path::new(DIRECTORY))?;
+        let (to, journal) = destination(&config)?;
+        let counts = Counts::open(Path::new(DIRECTORY), &journal)?;
         *STATE.lock().unwrap_or_else(PoisonError::into_inner) = Some(State { counts, to });
         Ok(())
     }
@@ -83,6 +85,8 @@ struct Table {
     connect: Vec<SocketAddr>,
     #[serde(default)]
     config: Own,
+    #[serde(default)]
+    journal: String,
 }
 
 #[derive(Default, Deserialize)]
@@ -91,16 +95,15 @@ struct Own {
     to: Option<SocketAddr>,
 }
 
-/// Where alarms go, if anywhere.
-fn destination(config: &str) -> Result<Option<SocketAddr>, String> {
+/// Where alarms go, if anywhere, and the identity of the journal.
+fn destination(config: &str) -> Result<(Option<SocketAddr>, String), String> {
     let table: Table =
         serde_json::from_str(config).map_err(|e| format!("the plant file's table does not suit alarm-counter: {e}"))?;
     match table.config.to {
         Some(to) if !table.connect.contains(&to) => {
             Err(format!("`config` names {to}, which `connect` does not grant; add it there"))
         }
-        Some(to) => Ok(Some(to)),
-        None => Ok(table.connect.first().copied()),
+        to => Ok((to.or(table.connect.first().copied()), table.journal)),
     }
 }
 
@@ -137,7 +140,7 @@ mod tests {
 
     #[test]
     fn alarms_go_to_the_first_address_or_to_the_one_that_is_named() {
-        let to = |config: &str| destination(config).map(|a| a.map(|a| a.to_string()));
+        let to = |config: &str| destination(config).map(|(a, _)| a.map(|a| a.to_string()));
         assert_eq!(to(r#"{"kind": "component"}"#), Ok(None));
         assert_eq!(to(r#"{"connect": ["127.0.0.1:1", "[::1]:2"]}"#), Ok(Some("127.0.0.1:1".into())));
         assert_eq!(

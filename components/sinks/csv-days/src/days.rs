@@ -1,6 +1,8 @@
 //! The files of the days, and what is in them already.
 
 use crate::table::{END, Row, lines};
+use crate::whose::Whose;
+use std::collections::BTreeMap;
 use std::fs::{File, OpenOptions};
 use std::io::{Read, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
@@ -11,7 +13,7 @@ const TAIL: u64 = 16 << 10;
 /// A directory of day files.
 pub(crate) struct Days {
     folder: PathBuf,
-    /// The highest number that is in any file.
+    /// The highest number of this journal that is in any file.
     last: u64,
     /// The file that was written last, with its day.
     open: Option<(String, File)>,
@@ -19,18 +21,28 @@ pub(crate) struct Days {
 
 impl Days {
     /// Looks what is there. Records are written in the order of their numbers, so the highest one that any file ends with is
-    /// the last that was written; what a kill left after the end of a last whole record is cut off.
-    pub(crate) fn open(folder: PathBuf) -> Result<Self, String> {
+    /// the last that was written; what a kill left after the end of a last whole record is cut off. Numbers of another journal
+    /// count for nothing.
+    pub(crate) fn open(folder: PathBuf, journal: &str) -> Result<Self, String> {
         let no = |e: std::io::Error| {
             format!("{} cannot be read: {e}; csv-days needs a `directory` in the plant file", folder.display())
         };
-        let mut last = 0;
+        let mut found = BTreeMap::new();
         for entry in std::fs::read_dir(&folder).map_err(no)? {
             let path = entry.map_err(no)?.path();
             if is_day_file(&path) {
-                last = last.max(mend(&path)?);
+                let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
+                found.insert(name, mend(&path)?);
             }
         }
+        let mut whose = Whose::read(&folder)?;
+        if !journal.is_empty() && whose.journal != journal {
+            let earlier = found.iter().map(|(name, (_, length))| (name.clone(), *length)).collect();
+            whose = Whose { journal: journal.to_owned(), earlier };
+            whose.replace(&folder)?;
+        }
+        let new = found.iter().filter(|(name, (_, length))| whose.earlier.get(*name).is_none_or(|old| length > old));
+        let last = new.map(|(_, (seq, _))| *seq).max().unwrap_or(0);
         Ok(Self { folder, last, open: None })
     }
 
@@ -76,8 +88,8 @@ fn is_day_file(path: &Path) -> bool {
     name.len() == 14 && name.ends_with(".csv") && name.chars().take(10).enumerate().all(digit_or_dash)
 }
 
-/// Cuts a file after its last whole record; the number of that, or 0.
-fn mend(path: &Path) -> Result<u64, String> {
+/// Cuts a file after its last whole record; the number of that, or 0, and the length that is left.
+fn mend(path: &Path) -> Result<(u64, u64), String> {
     let no = |e: std::io::Error| format!("{} cannot be read: {e}", path.display());
     let mut file = OpenOptions::new().read(true).write(true).open(path).map_err(no)?;
     let size = file.metadata().map_err(no)?.len();
@@ -99,7 +111,8 @@ fn mend(path: &Path) -> Result<u64, String> {
             file.sync_data().map_err(no)?;
         }
         let begin = ends.len().checked_sub(2).map_or(0, |before| ends[before] + END.len());
-        return number(&tail[begin..whole]).map_err(|found| {
+        let length = from + whole as u64;
+        return number(&tail[begin..whole]).map(|seq| (seq, length)).map_err(|found| {
             format!(
                 "{} ends with a line that begins with `{found}`, not with a record's number; move the file away",
                 path.display()
@@ -142,7 +155,7 @@ mod tests {
     }
 
     fn open(folder: &Path) -> Days {
-        Days::open(folder.to_owned()).unwrap()
+        Days::open(folder.to_owned(), "").unwrap()
     }
 
     #[test]
@@ -182,10 +195,25 @@ mod tests {
     }
 
     #[test]
+    fn numbers_of_another_journal_hide_nothing() {
+        let folder = tempfile::tempdir().unwrap();
+        let open = |journal: &str| Days::open(folder.path().to_owned(), journal).unwrap();
+        assert_eq!(open("one").write(&[row(7, 0), row(8, 1)]), Ok(8));
+        assert_eq!(open("one").last, 8);
+        // Nothing was written since: the numbers that are there are still the other journal's.
+        assert_eq!((open("two").last, open("two").last), (0, 0));
+        assert_eq!(open("two").write(&[row(1, 1)]), Ok(1));
+        assert_eq!(open("two").last, 1);
+        assert_eq!(open("two").write(&[row(1, 1), row(2, 2)]), Ok(2));
+        std::fs::remove_file(folder.path().join("journal.json")).unwrap();
+        assert_eq!(numbers(folder.path()).into_iter().map(|(_, seq)| seq).collect::<Vec<_>>(), [1, 2, 7, 8]);
+    }
+
+    #[test]
     fn a_file_of_somebody_elses_is_told_and_left_alone() {
         let folder = tempfile::tempdir().unwrap();
         std::fs::write(folder.path().join("1970-01-01.csv"), "date,turnover\r\nmonday,7\r\n").unwrap();
-        let error = Days::open(folder.path().to_owned()).err().unwrap();
+        let error = Days::open(folder.path().to_owned(), "").err().unwrap();
         assert!(error.contains("begins with `monday`, not with a record's number"), "{error}");
         std::fs::rename(folder.path().join("1970-01-01.csv"), folder.path().join("turnover.csv")).unwrap();
         assert_eq!(open(folder.path()).last, 0);

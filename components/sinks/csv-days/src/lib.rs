@@ -13,6 +13,7 @@
 
 mod days;
 mod table;
+mod whose;
 
 use days::Days;
 use exports::latchwork::journal::sink::Guest;
@@ -44,8 +45,8 @@ struct CsvDays;
 
 impl Guest for CsvDays {
     fn open(config: String) -> Result<(), String> {
-        nothing_asked(&config)?;
-        let days = Days::open(PathBuf::from(DIRECTORY))?;
+        let journal = nothing_asked(&config)?;
+        let days = Days::open(PathBuf::from(DIRECTORY), &journal)?;
         *DAYS.lock().unwrap_or_else(PoisonError::into_inner) = Some(days);
         Ok(())
     }
@@ -62,13 +63,13 @@ impl Guest for CsvDays {
 #[cfg(target_arch = "wasm32")]
 generated::export!(CsvDays with_types_in generated);
 
-/// A slip in `config` is told rather than passed over: this logger asks for nothing.
-fn nothing_asked(config: &str) -> Result<(), String> {
+/// A slip in `config` is told rather than passed over: this logger asks for nothing. The identity of the journal.
+fn nothing_asked(config: &str) -> Result<String, String> {
     let config: serde_json::Value =
         serde_json::from_str(config).map_err(|e| format!("the configuration is no JSON: {e}"))?;
     match config["config"].as_object().and_then(|c| c.keys().next()) {
         Some(key) => Err(format!("`config` has a key `{key}`; csv-days takes none: remove it")),
-        None => Ok(()),
+        None => Ok(config["journal"].as_str().unwrap_or_default().to_owned()),
     }
 }
 

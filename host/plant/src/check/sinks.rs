@@ -14,7 +14,7 @@ const SIZE: u64 = 4 << 30;
 
 /// The sinks that are sound.
 pub(super) fn sinks(checker: &mut Checker, file: &PlantFile, engine: &Engine, folder: &Path) -> Vec<SinkSpec> {
-    let mut sound = Vec::new();
+    let mut sound: Vec<SinkSpec> = Vec::new();
     for entry in &file.sinks {
         let Some(kind) = entry.kind.filter(|_| entry.sound) else { continue };
         let config = Config {
@@ -23,12 +23,23 @@ pub(super) fn sinks(checker: &mut Checker, file: &PlantFile, engine: &Engine, fo
             folder: folder.to_owned(),
             components: super::components::folders(file, folder).into_iter().map(|(folder, _)| folder).collect(),
             cache: engine.cache_folder().map(Path::to_owned),
+            journal: String::new(),
             values: entry.values.clone(),
         };
         for problem in latchwork_sink::check(&config).into_iter().chain((kind.check)(&config)) {
             let known = entry.values.has(&problem.key);
             let span = if known { entry.values.span_of(&problem.key) } else { entry.key.clone() };
             checker.add(Finding::error(&span, problem.message).maybe_help(problem.help));
+        }
+        let claim = (kind.claim)(&config);
+        let same = |other: &&SinkSpec| claim.is_some() && (other.kind.claim)(&other.config) == claim;
+        if let (Some(claim), Some(other)) = (&claim, sound.iter().find(same)) {
+            let known = entry.values.has(claim.key);
+            let span = if known { entry.values.span_of(claim.key) } else { entry.key.clone() };
+            let (one, two, key) = (&other.config.name, &entry.name, claim.key);
+            let message = format!("sinks `{one}` and `{two}` have the same `{key}`");
+            let help = format!("give each a `{key}` of its own");
+            checker.add(Finding::error(&span, message).maybe_help(Some(help)));
         }
         sound.push(SinkSpec { kind, config });
     }

@@ -87,6 +87,9 @@ impl Ticket {
     }
 }
 
+/// What somebody else knows of the plant.
+type Tell = Box<dyn Fn() -> serde_json::Value + Send>;
+
 /// The operators' side of a plant.
 pub struct Desk {
     pub(super) wishes: Option<Wishes>,
@@ -106,7 +109,7 @@ pub struct Desk {
     /// Commands that stand until they are taken back: block and bit.
     pub(super) standing: BTreeMap<(usize, u8), bool>,
     /// What else belongs to the status, by name.
-    pub(super) also: Vec<(&'static str, Box<dyn Fn() -> serde_json::Value + Send>)>,
+    pub(super) also: Vec<(&'static str, Tell)>,
 }
 
 impl Desk {

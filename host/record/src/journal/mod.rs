@@ -123,6 +123,8 @@ impl JournalError {
 /// What was found when a journal was opened.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Opening {
+    /// Identity of the journal: numbers of another one say nothing about this. It stays when a damaged file is begun anew.
+    pub journal: String,
     /// Number of the last record that may exist: the next one has the number after it.
     pub last: u64,
     /// A damaged file that was set aside.
@@ -197,7 +199,7 @@ impl Journal {
         let waiting = Arc::new(AtomicUsize::new(0));
         let counted = Arc::clone(&waiting);
         let (tell, notices) = std::sync::mpsc::channel();
-        let watch = Watch::new(opening.last);
+        let watch = Watch::new(opening.last, &opening.journal);
         let shared = watch.clone();
         let items = thread::Items { receiver, waiting: counted };
         let body = move || thread::run(store, &items, options.within, &shared, &tell);

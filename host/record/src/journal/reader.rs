@@ -115,7 +115,18 @@ impl Reader {
     /// # Errors
     /// A damaged or vanished file.
     pub fn kept(&self) -> Result<BTreeMap<String, String>, JournalError> {
-        tables::kept(&self.connection).map_err(|error| self.failed(error))
+        let mut kept = tables::kept(&self.connection).map_err(|error| self.failed(error))?;
+        kept.remove(tables::IDENTITY);
+        Ok(kept)
+    }
+
+    /// Identity of the journal; empty in a file that was not opened for writing since there are any.
+    ///
+    /// # Errors
+    /// A damaged or vanished file.
+    pub fn journal(&self) -> Result<String, JournalError> {
+        let kept = tables::kept(&self.connection).map_err(|error| self.failed(error))?;
+        Ok(kept.get(tables::IDENTITY).cloned().unwrap_or_default())
     }
 
     /// How far each sink is: the number of the last record it has.

@@ -1,7 +1,7 @@
 //! The file of a journal that is written: batches, damage, numbers that are taken.
 
 use super::retention::Retention;
-use super::tables::{self, Cursor, Stored, path};
+use super::tables::{self, Cursor, IDENTITY, Stored, path};
 use super::{FILE, JournalError, Opening};
 use crate::{Kept, Record};
 use rusqlite::{Connection, ErrorCode, Transaction, params};
@@ -79,10 +79,15 @@ impl Store {
             Err(error) if may_pass(&error) && (store.known || store.peek()) => {}
             begun => begun?,
         }
+        if !store.kept.contains_key(IDENTITY) {
+            store.kept.insert(IDENTITY.into(), identity(folder));
+        }
+        let mut kept = store.kept.clone();
         let opening = Opening {
+            journal: kept.remove(IDENTITY).unwrap_or_default(),
             last: store.last.0,
             set_aside: store.aside.take(),
-            kept: store.kept.clone(),
+            kept,
             cursors: store.cursors.iter().map(|(name, cursor)| (name.clone(), cursor.seq)).collect(),
         };
         Ok((store, opening))
@@ -381,6 +386,25 @@ fn asides(folder: &Path) -> impl Iterator<Item = PathBuf> {
     (1..).map(move |n| folder.join(format!("journal.damaged-{n}.db")))
 }
 
+/// The identity of the numbers in this folder, also where the database that knew it is damaged or gone; or a new one.
+fn identity(folder: &Path) -> String {
+    let (path, draft) = (folder.join(IDENTITY), folder.join(format!("{IDENTITY}.new")));
+    if let Some(known) = std::fs::read_to_string(&path).ok().filter(|text| !text.trim().is_empty()) {
+        return known.trim().to_owned();
+    }
+    // Without one, numbers are believed to be those of the last journal.
+    let identity = tables::new_identity().unwrap_or_default();
+    let write = || {
+        std::fs::write(&draft, format!("{identity}\n"))?;
+        File::open(&draft)?.sync_all()?;
+        std::fs::rename(&draft, &path)?;
+        File::open(folder)?.sync_all()
+    };
+    // On a full disk it stands in the database alone, once that can be written.
+    let _ = write();
+    identity
+}
+
 /// Renames the database and what belongs to it; where it stands now.
 fn set_aside(folder: &Path) -> std::io::Result<PathBuf> {
     let Some(aside) = asides(folder).find(|p| !p.exists()) else {
@@ -466,7 +490,9 @@ mod tests {
         let reader = Reader::open(folder.path()).expect("an old journal");
         assert!(reader.kept().expect("none").is_empty() && reader.cursors().expect("none").is_empty());
         let (mut store, opening) = Store::open(folder.path(), Retention::default()).expect("a journal");
-        assert_eq!(opening, Opening { last: 1, ..Opening::default() });
+        let journal = reader.journal().expect("an identity");
+        assert_eq!(journal.len(), 32);
+        assert_eq!(opening, Opening { last: 1, journal, ..Opening::default() });
         store.write(&[item(2)], &[("file".to_owned(), 1)].into()).expect("room");
         assert_eq!(numbers(folder.path()), [1, 2]);
         assert_eq!(reader.cursors().expect("cursors"), [("file".to_owned(), 1)].into());

@@ -12,6 +12,10 @@ use std::time::Duration;
 /// Version of the tables. 1 had records alone.
 pub(super) const VERSION: i64 = 2;
 
+/// The name that a journal's identity is kept under, and of a file beside with the same. It stays when a damaged file is begun
+/// anew: numbers go on there.
+pub(super) const IDENTITY: &str = "journal.identity";
+
 /// How far a sink is.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) struct Cursor {
@@ -75,6 +79,11 @@ pub(super) fn as_it_lies(folder: &Path) -> rusqlite::Result<Connection> {
     let version = connection.query_row("PRAGMA user_version", [], |row| row.get::<_, i64>(0))?;
     // A newer one is refused by whoever opens it for writing.
     if version > VERSION { Err(rusqlite::Error::InvalidQuery) } else { Ok(connection) }
+}
+
+/// An identity that no other journal has.
+pub(super) fn new_identity() -> rusqlite::Result<String> {
+    Connection::open_in_memory()?.query_row("SELECT lower(hex(randomblob(16)))", [], |row| row.get(0))
 }
 
 /// Number and time of the last record.

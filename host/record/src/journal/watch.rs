@@ -13,6 +13,7 @@ pub struct Watch {
 
 #[derive(Default)]
 struct Shared {
+    journal: String,
     durable: AtomicU64,
     state: Mutex<State>,
     /// The number has risen, the file is another one, or somebody was woken.
@@ -30,10 +31,14 @@ struct State {
 }
 
 impl Watch {
-    pub(super) fn new(durable: u64) -> Self {
-        let watch = Self::default();
-        watch.shared.durable.store(durable, Ordering::Release);
-        watch
+    pub(super) fn new(durable: u64, journal: &str) -> Self {
+        let shared = Shared { journal: journal.into(), durable: AtomicU64::new(durable), ..Shared::default() };
+        Self { shared: Arc::new(shared) }
+    }
+
+    /// Identity of the journal, see [`Opening::journal`](super::Opening::journal).
+    pub fn journal(&self) -> &str {
+        &self.shared.journal
     }
 
     /// The highest number for which it and all before are safe on disk.

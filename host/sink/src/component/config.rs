@@ -5,11 +5,12 @@ use latchwork_image::format_duration;
 use latchwork_schema::{Constant, Value, Values, format_size};
 use serde_json::{Map, Value as Json, json};
 
-/// The table with all its keys, and the names of sink and plant beside them.
+/// The table with all its keys, the names of sink and plant beside them, and the identity of the journal.
 pub(super) fn json(config: &Config) -> String {
     let mut table = object(&config.values);
     table.insert("name".into(), json!(config.name));
     table.insert("plant".into(), json!(config.plant));
+    table.insert("journal".into(), json!(config.journal));
     Json::Object(table).to_string()
 }
 
@@ -75,11 +76,12 @@ mod tests {
             folder: "/".into(),
             components: Vec::new(),
             cache: None,
+            journal: "5eed".into(),
             values,
         };
         let expected = json!({
             "budget": "2s 500ms", "memory": "64MiB", "connect": ["127.0.0.1:9"], "name": "night", "plant": "pumps",
-            "config": { "a": [1, 2.5, "NaN"], "b": { "c": "2026-11-27" } },
+            "journal": "5eed", "config": { "a": [1, 2.5, "NaN"], "b": { "c": "2026-11-27" } },
         });
         assert_eq!(serde_json::from_str::<Json>(&json(&config)).expect("JSON"), expected);
     }

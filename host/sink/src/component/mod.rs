@@ -21,11 +21,15 @@ mod said;
 mod watch;
 mod world;
 
-use crate::{Config, Sink, SinkKind};
+use crate::{Claim, Config, Sink, SinkKind};
 use latchwork_schema::{Key, Kind, Section};
 
 /// The kind `component`.
-pub static COMPONENT: SinkKind = SinkKind { name: "component", keys: &KEYS, check: grants::check, open };
+pub static COMPONENT: SinkKind = SinkKind { name: "component", keys: &KEYS, check: grants::check, claim, open };
+
+fn claim(config: &Config) -> Option<Claim> {
+    Some(Claim::path("directory", &config.folder.join(config.values.text("directory")?)))
+}
 
 const SECOND: u64 = 1_000_000_000;
 /// Bytes of memory without the key `memory`.

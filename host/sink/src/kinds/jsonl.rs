@@ -10,17 +10,29 @@
 //! ```
 //!
 //! What the file has is what counts: at the opening a torn last line is cut off, and the number of the last whole one is where
-//! the sink goes on. So a kill between the write and the stored cursor makes no line come twice.
+//! the sink goes on. So a kill between the write and the stored cursor makes no line come twice. `PATH.journal` says which journal
+//! that number is of: a file of another one is renamed, and its numbers hide nothing.
 
-use crate::{Config, Problem, Sink, SinkKind};
+use super::jsonl_files::{Earlier, First, beside, ours, renamed, sync_folder};
+use crate::{Claim, Config, Problem, Sink, SinkKind};
 use latchwork_record::{Record, rfc3339};
 use latchwork_schema::{Key, Kind, Section};
 use std::fs::{File, OpenOptions};
 use std::io::{BufRead, BufReader, Read, Seek, SeekFrom, Write};
+use std::os::unix::fs::MetadataExt;
 use std::path::{Path, PathBuf};
 
 /// The kind.
-pub static JSONL: SinkKind = SinkKind { name: "jsonl", keys: &KEYS, check, open };
+pub static JSONL: SinkKind = SinkKind { name: "jsonl", keys: &KEYS, check, claim, open };
+
+fn claim(config: &Config) -> Option<Claim> {
+    Some(Claim::path("path", &path(config)))
+}
+
+/// The file of a sink.
+fn path(config: &Config) -> PathBuf {
+    config.folder.join(config.values.text("path").unwrap_or_default())
+}
 
 static KEYS: Section = Section {
     name: "[sink.NAME] (jsonl)",
@@ -62,32 +74,29 @@ fn check(config: &Config) -> Vec<Problem> {
 }
 
 fn open(config: &Config) -> Result<Box<dyn Sink>, String> {
-    let path = config.folder.join(config.values.text("path").unwrap_or_default());
+    let path = path(config);
     let limits = Limits {
         size: config.values.size("size").unwrap_or(u64::MAX),
         day: config.values.bool("day").unwrap_or(false),
         keep: config.values.integer("keep").map(|n| usize::try_from(n).unwrap_or(usize::MAX)),
     };
-    Jsonl::open(path, limits).map(|sink| Box::new(sink) as _)
+    Jsonl::open(path, limits, config.journal.clone()).map(|sink| Box::new(sink) as _)
 }
 
+#[derive(Clone)]
 struct Limits {
     size: u64,
     day: bool,
     keep: Option<usize>,
 }
 
-/// What the current file begins with.
-#[derive(Clone, PartialEq, Eq)]
-struct First {
-    seq: u64,
-    /// `2026-11-27`
-    day: String,
-}
-
 struct Jsonl {
     path: PathBuf,
     limits: Limits,
+    /// Identity of the journal that is read; empty where nobody knows.
+    journal: String,
+    /// Renamed files of journals before this one.
+    earlier: Earlier,
     file: File,
     /// Bytes of whole lines that are on the disk.
     length: u64,
@@ -100,24 +109,53 @@ struct Jsonl {
 }
 
 impl Jsonl {
-    fn open(path: PathBuf, limits: Limits) -> Result<Self, String> {
+    fn open(path: PathBuf, limits: Limits, journal: String) -> Result<Self, String> {
         let failed = |error: std::io::Error| format!("{} cannot be opened: {error}", path.display());
         if let Some(folder) = path.parent() {
             std::fs::create_dir_all(folder).map_err(failed)?;
         }
         let file = OpenOptions::new().read(true).append(true).create(true).open(&path).map_err(failed)?;
         let (length, mut kept) = whole_lines(&file).map_err(failed)?;
+        if kept.is_none() && (length > 0 || !may_be_torn(&file).map_err(failed)?) {
+            return Err(format!(
+                "the last line of {} is no record; move the file away, or name another",
+                path.display()
+            ));
+        }
         file.set_len(length).map_err(failed)?;
         // Also the name of a file that is new.
         file.sync_all().and_then(|()| sync_folder(&path)).map_err(failed)?;
         let first = first_line(&file).map_err(failed)?.and_then(|line| number_and_day(&line));
+        let earlier = Earlier::read(&path).map_err(failed)?;
+        if !journal.is_empty() && earlier.journal != journal {
+            // The numbers of the other journal end here: the file goes beside first, and then that is written down.
+            if let Some(last) = kept {
+                let first = first.unwrap_or(First { seq: last, day: "0000-00-00".into() });
+                std::fs::rename(&path, beside(&path, &first)).and_then(|()| sync_folder(&path)).map_err(failed)?;
+            }
+            earlier.replace(&path, &journal).map_err(failed)?;
+            return Self::open(path, limits, journal);
+        }
         if kept.is_none() {
-            kept = match renamed(&path).map_err(failed)?.pop() {
-                Some((_, last)) => File::open(&last).and_then(|f| whole_lines(&f)).map_err(failed)?.1,
+            let files = renamed(&path, &earlier).map_err(failed)?;
+            kept = match ours(&files).last() {
+                Some(last) => File::open(last).and_then(|f| whole_lines(&f)).map_err(failed)?.1,
                 None => None,
             };
         }
-        Ok(Self { path, limits, file, length, first, kept, torn: false })
+        Ok(Self { path, limits, journal, earlier, file, length, first, kept, torn: false })
+    }
+
+    /// Opens the file anew where somebody has taken it away, or out of its name, or emptied it.
+    fn look_after(&mut self) -> Result<(), String> {
+        let is_ours = std::fs::metadata(&self.path).and_then(|named| {
+            let own = self.file.metadata()?;
+            Ok((named.dev(), named.ino()) == (own.dev(), own.ino()) && own.len() >= self.length)
+        });
+        if !is_ours.unwrap_or(false) {
+            *self = Self::open(self.path.clone(), self.limits.clone(), self.journal.clone())?;
+        }
+        Ok(())
     }
 
     fn failed(&self, error: &std::io::Error) -> String {
@@ -129,8 +167,14 @@ impl Jsonl {
         if std::mem::replace(&mut self.torn, true) {
             self.file.set_len(self.length)?;
         }
-        self.file.write_all(lines)?;
-        self.file.sync_data()?;
+        if let Err(error) = self.file.write_all(lines).and_then(|()| self.file.sync_data()) {
+            // At once: whoever reads the file meanwhile finds whole lines.
+            self.torn = self.file.set_len(self.length).is_err();
+            return Err(error);
+        }
+        if self.file.metadata()?.nlink() == 0 {
+            return Err(std::io::Error::other("somebody has removed it"));
+        }
         self.torn = false;
         self.length += lines.len() as u64;
         Ok(())
@@ -145,7 +189,8 @@ impl Jsonl {
     /// Renames the file and begins a new one.
     fn rotate(&mut self) -> std::io::Result<()> {
         let Some(first) = &self.first else { return Ok(()) };
-        match std::fs::rename(&self.path, beside(&self.path, first)) {
+        let full = beside(&self.path, first);
+        match std::fs::rename(&self.path, &full) {
             // A try before this one came so far, and no further.
             Err(error) if error.kind() == std::io::ErrorKind::NotFound => {}
             renamed => renamed?,
@@ -154,9 +199,9 @@ impl Jsonl {
         (self.length, self.first) = (0, None);
         sync_folder(&self.path)?;
         if let Some(keep) = self.limits.keep {
-            let files = renamed(&self.path)?;
+            let files = renamed(&self.path, &self.earlier)?;
             let too_many = files.len().saturating_sub(keep);
-            for (_, path) in &files[..too_many] {
+            for (_, path) in files[..too_many].iter().filter(|(_, path)| *path != full) {
                 std::fs::remove_file(path)?;
             }
         }
@@ -193,6 +238,7 @@ impl Sink for Jsonl {
     }
 
     fn write(&mut self, batch: &[Record]) -> Result<u64, String> {
+        self.look_after()?;
         if self.length == 0 {
             self.first = None;
         }
@@ -236,6 +282,17 @@ fn seq_of(line: &[u8]) -> Option<u64> {
     serde_json::from_slice::<serde_json::Value>(line).ok()?["seq"].as_u64()
 }
 
+/// True when a file without a whole line is empty or has a part of a record.
+fn may_be_torn(file: &File) -> std::io::Result<bool> {
+    const BEGIN: &[u8] = b"{\"seq\":";
+    let mut begin = Vec::new();
+    let mut reader = file;
+    reader.seek(SeekFrom::Start(0))?;
+    reader.take(BEGIN.len() as u64).read_to_end(&mut begin)?;
+    // After a power failure zeros may stand where a line was to come.
+    Ok(BEGIN.starts_with(&begin) || begin.iter().all(|b| *b == 0))
+}
+
 fn first_line(file: &File) -> std::io::Result<Option<String>> {
     let mut reader = BufReader::new(file);
     reader.seek(SeekFrom::Start(0))?;
@@ -249,71 +306,9 @@ fn number_and_day(line: &str) -> Option<First> {
     Some(First { seq: value["seq"].as_u64()?, day: value["time"].as_str()?.get(..10)?.to_owned() })
 }
 
-/// What the name of the file is made of, and its extension with the dot.
-fn parts(path: &Path) -> (String, String) {
-    let text = |part: Option<&std::ffi::OsStr>| part.map(|p| p.to_string_lossy().into_owned());
-    (text(path.file_stem()).unwrap_or_default(), text(path.extension()).map_or(String::new(), |e| format!(".{e}")))
-}
-
-/// Where a file goes that is full. A name that is taken, of a journal that is gone, gets a further number.
-fn beside(path: &Path, first: &First) -> PathBuf {
-    let (stem, extension) = parts(path);
-    let name = |more: &str| path.with_file_name(format!("{stem}-{}-{}{more}{extension}", first.day, first.seq));
-    let mut others = (2..).map(|n| name(&format!("-{n}")));
-    Some(name("")).filter(|p| !p.exists()).or_else(|| others.find(|p| !p.exists())).unwrap_or_else(|| name(""))
-}
-
-/// Day, number of the first record, further number of a renamed file.
-type Order = (String, u64, u64);
-
-/// The renamed files in their order.
-fn renamed(path: &Path) -> std::io::Result<Vec<(Order, PathBuf)>> {
-    let (stem, extension) = parts(path);
-    let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
-    let mut files = Vec::new();
-    for entry in std::fs::read_dir(folder)? {
-        let entry = entry?;
-        let name = entry.file_name().to_string_lossy().into_owned();
-        let middle = name.strip_prefix(&format!("{stem}-")).and_then(|n| n.strip_suffix(&extension));
-        if let Some(order) = middle.and_then(order) {
-            files.push((order, entry.path()));
-        }
-    }
-    files.sort();
-    Ok(files)
-}
-
-/// `2026-11-27-17` or `2026-11-27-17-2`
-fn order(name: &str) -> Option<Order> {
-    let (day, rest) = name.split_at_checked(10)?;
-    let (number, more) = match rest.strip_prefix('-')?.split_once('-') {
-        Some((number, more)) => (number, more.parse().ok()?),
-        None => (&rest[1..], 1),
-    };
-    let is_day = day.bytes().all(|b| b.is_ascii_digit() || b == b'-');
-    is_day.then_some((day.to_owned(), number.parse().ok()?, more))
-}
-
-/// Names of files are on the disk as well.
-fn sync_folder(path: &Path) -> std::io::Result<()> {
-    let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
-    File::open(folder)?.sync_all()
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn renamed_files_have_an_order() {
-        let day = || "2026-11-27".to_owned();
-        assert_eq!(order("2026-11-27-17"), Some((day(), 17, 1)));
-        assert_eq!(order("2026-11-27-17-3"), Some((day(), 17, 3)));
-        for other in ["", "2026-11-27", "2026-11-27-", "2026-11-27-x", "2026-11-2x-1", "2026-11-27-1-", "äääää-1"]
-        {
-            assert_eq!(order(other), None, "{other}");
-        }
-    }
 
     #[test]
     fn the_tail_is_found_in_files_of_any_shape() {

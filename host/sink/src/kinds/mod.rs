@@ -1,6 +1,7 @@
 //! All kinds of sinks, one line each.
 
 pub mod jsonl;
+mod jsonl_files;
 pub mod mqtt;
 mod mqtt_session;
 pub mod syslog;

@@ -15,7 +15,7 @@
 //! twice, but never a later one without those before.
 
 use super::mqtt_session::{Payload, Session};
-use crate::{Config, Problem, Sink, SinkKind};
+use crate::{Claim, Config, Problem, Sink, SinkKind};
 use latchwork_image::Value;
 use latchwork_record::Record;
 use latchwork_schema::{Key, Kind, Section};
@@ -25,7 +25,12 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 /// The kind.
-pub static MQTT: SinkKind = SinkKind { name: "mqtt", keys: &KEYS, check, open };
+pub static MQTT: SinkKind = SinkKind { name: "mqtt", keys: &KEYS, check, claim, open };
+
+fn claim(config: &Config) -> Option<Claim> {
+    let (address, port) = (config.values.text("address")?, port(config));
+    Some(Claim { key: "client-id", what: format!("the name {} at {address}:{port}", client_id(config)) })
+}
 
 const SECOND: u64 = 1_000_000_000;
 /// Messages that may be without their acknowledgement: brokers hold back what is beyond their own limit.
@@ -34,6 +39,9 @@ const IN_FLIGHT: u16 = 10;
 const LARGEST: usize = 16 << 20;
 /// Pause before a connection is tried again while there is nothing to send.
 const PAUSE: Duration = Duration::from_secs(5);
+/// A record that is sent alone, is longer than this and makes the broker close the connection so many times goes without what
+/// makes it long: brokers have limits of their own, and MQTT 3.1.1 does not tell them.
+const TOO_LONG: (usize, u32) = (1024, 4);
 /// Records with this at the beginning of their source are status tables.
 const TABLE: &str = "table.";
 
@@ -118,8 +126,12 @@ fn open(config: &Config) -> Result<Box<dyn Sink>, String> {
         Some(topic) => topic.trim_end_matches('/').to_owned(),
         None => format!("latchwork/{}", level(&config.plant)),
     };
-    let session = Session::new(options(config, &prefix)?, timeout(config), state(&prefix));
-    Ok(Box::new(Mqtt { prefix, session, next: Instant::now() }))
+    let (settings, state) = (config.clone(), state(&prefix));
+    options(config, &state)?;
+    let will = state.clone();
+    // Read anew for each connection: passwords and certificates are replaced while a plant runs.
+    let session = Session::new(Box::new(move || options(&settings, &will)), timeout(config), state);
+    Ok(Box::new(Mqtt { prefix, session, next: Instant::now(), stuck: None }))
 }
 
 fn timeout(config: &Config) -> Duration {
@@ -130,15 +142,27 @@ fn state(prefix: &str) -> String {
     format!("{prefix}/state")
 }
 
-fn options(config: &Config, prefix: &str) -> Result<MqttOptions, String> {
-    let values = &config.values;
-    let tls = values.bool("tls").unwrap_or(values.has("ca"));
-    let port = values.integer("port").and_then(|p| u16::try_from(p).ok()).unwrap_or(if tls { 8883 } else { 1883 });
-    let id = values.text("client-id").map_or_else(|| format!("latchwork-{}-{}", config.plant, config.name), Into::into);
-    let mut options = MqttOptions::new(id, values.text("address").unwrap_or_default(), port);
+fn tls(config: &Config) -> bool {
+    config.values.bool("tls").unwrap_or(config.values.has("ca"))
+}
+
+fn port(config: &Config) -> u16 {
+    let given = config.values.integer("port").and_then(|p| u16::try_from(p).ok());
+    given.unwrap_or(if tls(config) { 8883 } else { 1883 })
+}
+
+fn client_id(config: &Config) -> String {
+    let default = || format!("latchwork-{}-{}", config.plant, config.name);
+    config.values.text("client-id").map_or_else(default, Into::into)
+}
+
+/// What a connection is made with. `state` is the topic of the last will.
+fn options(config: &Config, state: &str) -> Result<MqttOptions, String> {
+    let (values, tls) = (&config.values, tls(config));
+    let mut options = MqttOptions::new(client_id(config), values.text("address").unwrap_or_default(), port(config));
     options.set_keep_alive(Duration::from_secs(values.duration("keep-alive").unwrap_or(30 * SECOND) / SECOND));
     options.set_inflight(IN_FLIGHT).set_max_packet_size(LARGEST, LARGEST);
-    options.set_last_will(LastWill::new(state(prefix), "offline", QoS::AtLeastOnce, true));
+    options.set_last_will(LastWill::new(state, "offline", QoS::AtLeastOnce, true));
     if let Some(user) = values.text("username") {
         options.set_credentials(user, password(config)?);
     }
@@ -193,11 +217,24 @@ fn level(name: &str) -> String {
     name.replace(['/', '+', '#', '\0'], "_")
 }
 
+/// A long record without what makes it long.
+fn shortened(record: &Record) -> Option<Record> {
+    let length = record.to_json().len();
+    (length > TOO_LONG.0).then(|| Record {
+        previous: Value::None,
+        current: Value::None,
+        text: format!("left out: the broker takes no message of {length} bytes; the journal has the record"),
+        ..record.clone()
+    })
+}
+
 struct Mqtt {
     prefix: String,
     session: Session,
     /// When a connection may be tried while there is nothing to send.
     next: Instant,
+    /// A record that the broker has closed the connection at, and how many times in a row.
+    stuck: Option<(u64, u32)>,
 }
 
 impl Mqtt {
@@ -218,8 +255,20 @@ impl Mqtt {
 
 impl Sink for Mqtt {
     fn write(&mut self, batch: &[Record]) -> Result<u64, String> {
+        let Some(first) = batch.first() else { return Ok(0) };
+        let tries = self.stuck.filter(|(seq, _)| *seq == first.seq).map_or(0, |(_, tries)| tries);
+        // After the first time alone, so that nobody else's length is its fault.
+        let batch = if tries > 0 { &batch[..1] } else { batch };
+        let short = (tries >= TOO_LONG.1).then(|| shortened(first)).flatten();
+        let batch = short.as_ref().map_or(batch, std::slice::from_ref);
         let messages: Vec<_> = batch.iter().flat_map(|r| self.messages(r).collect::<Vec<_>>()).collect();
-        self.session.send(messages)
+        let sent = self.session.send(messages);
+        match &sent {
+            Ok(_) => self.stuck = None,
+            Err(_) if self.session.was_shut() => self.stuck = Some((first.seq, tries.saturating_add(1))),
+            Err(_) => {}
+        }
+        sent
     }
 
     fn idle(&mut self) {

@@ -20,13 +20,20 @@ pub(super) struct Payload {
     pub(super) text: String,
 }
 
+/// What a connection is made with, or why that cannot be read.
+pub(super) type Options = Box<dyn Fn() -> Result<MqttOptions, String> + Send>;
+
 /// A session with a broker, open or not.
 pub(super) struct Session {
-    options: MqttOptions,
+    options: Options,
+    /// Address and port of the connection that was tried last.
+    broker: String,
     timeout: Duration,
     /// Topic that says whether this plant is there.
     state: String,
     open: Option<Open>,
+    /// The last sending ended because the other side closed a connection that it had accepted.
+    shut: bool,
 }
 
 struct Open {
@@ -39,8 +46,12 @@ struct Open {
 }
 
 impl Session {
-    pub(super) fn new(options: MqttOptions, timeout: Duration, state: String) -> Self {
-        Self { options, timeout, state, open: None }
+    pub(super) fn new(options: Options, timeout: Duration, state: String) -> Self {
+        Self { options, broker: String::new(), timeout, state, open: None, shut: false }
+    }
+
+    pub(super) fn was_shut(&self) -> bool {
+        self.shut
     }
 
     pub(super) fn is_open(&self) -> bool {
@@ -52,6 +63,7 @@ impl Session {
     pub(super) fn send(&mut self, messages: Vec<Payload>) -> Result<u64, String> {
         let last = messages.last().map_or(0, |m| m.seq);
         let mut first_open = messages.first().map_or(0, |m| m.seq);
+        self.shut = false;
         self.connect()?;
         let numbers: Vec<u64> = messages.iter().map(|m| m.seq).collect();
         let mut messages = messages.into_iter().peekable();
@@ -73,7 +85,10 @@ impl Session {
                 }
                 Ok(None) if heard.elapsed() > self.timeout => break "the broker acknowledges nothing".to_owned(),
                 Ok(None) => {}
-                Err(why) => break why,
+                Err(why) => {
+                    self.shut = true;
+                    break why;
+                }
             }
         };
         self.open = None;
@@ -125,7 +140,10 @@ impl Session {
         if self.open.is_some() {
             return Ok(());
         }
-        let (client, mut connection) = Client::new(self.options.clone(), 2 * AHEAD);
+        let options = (self.options)()?;
+        let (address, port) = options.broker_address();
+        self.broker = format!("{address}:{port}");
+        let (client, mut connection) = Client::new(options, 2 * AHEAD);
         connection.eventloop.network_options.set_connection_timeout(self.timeout.as_secs().max(1));
         let mut open = Open { client, connection, handed: VecDeque::new(), sent: HashMap::new() };
         // The first event is the answer to the connection, or why there is none; its time is bounded by the option above.
@@ -141,8 +159,7 @@ impl Session {
     }
 
     fn of_broker(&self, why: &str) -> String {
-        let (address, port) = self.options.broker_address();
-        format!("the broker {address}:{port} takes nothing: {why}")
+        format!("the broker {} takes nothing: {why}", self.broker)
     }
 }
 

@@ -19,7 +19,7 @@ use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 /// The kind.
-pub static SYSLOG: SinkKind = SinkKind { name: "syslog", keys: &KEYS, check, open };
+pub static SYSLOG: SinkKind = SinkKind { name: "syslog", keys: &KEYS, check, claim: |_| None, open };
 
 /// Where syslog listens.
 const DEV_LOG: &str = "/dev/log";
@@ -85,6 +85,19 @@ fn severity(priority: u8) -> u8 {
     }
 }
 
+/// Most bytes of a message; what is beyond is cut off. Sockets refuse datagrams that are too long, again and again.
+const LONGEST: usize = 32 << 10;
+
+/// A text of so many bytes at most.
+fn cut(mut text: String, most: usize) -> String {
+    const ELLIPSIS: &str = "…";
+    if text.len() > most {
+        text.truncate(text.floor_char_boundary(most.saturating_sub(ELLIPSIS.len())));
+        text += ELLIPSIS;
+    }
+    text
+}
+
 /// The record as a person reads it.
 fn line(plant: &str, record: &Record) -> String {
     let mut line = format!("{plant}: {} {} {}", record.kind.name(), record.source, record.transition);
@@ -97,7 +110,8 @@ fn line(plant: &str, record: &Record) -> String {
     if !record.text.is_empty() {
         line += &format!(": {}", record.text);
     }
-    line += &format!(" [seq {}, {}]", record.seq, rfc3339(record.time));
+    let end = format!(" [seq {}, {}]", record.seq, rfc3339(record.time));
+    line = cut(line, LONGEST - end.len()) + &end;
     // One record is one line of the log.
     line.replace(|c: char| c.is_control(), " ")
 }

@@ -43,6 +43,7 @@ pub fn config(folder: &Path, table: &str) -> Config {
         folder: folder.to_owned(),
         components: components.into(),
         cache: Some(target.join("test-cache")),
+        journal: String::new(),
         values,
     }
 }

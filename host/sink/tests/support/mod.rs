@@ -39,6 +39,7 @@ pub(crate) fn config(kind: &SinkKind, folder: &Path, keys: &str) -> Config {
         folder: folder.into(),
         components: Vec::new(),
         cache: None,
+        journal: String::new(),
         values,
     };
     let problems: Vec<_> = latchwork_sink::check(&config).into_iter().chain((kind.check)(&config)).collect();
