@@ -34,6 +34,8 @@ fn rows(folder: &Path) -> Vec<(String, Vec<String>)> {
 fn row(record: &Record) -> Vec<String> {
     let value = |value: &latchwork_image::Value| match value {
         latchwork_image::Value::None => String::new(),
+        // What a spreadsheet would take for a formula begins with an apostrophe.
+        latchwork_image::Value::Text(text) if text.starts_with(['=', '+', '-', '@']) => format!("'{text}"),
         value => value.to_string(),
     };
     vec![

@@ -126,7 +126,9 @@ impl Reader {
     /// A damaged or vanished file.
     pub fn journal(&self) -> Result<String, JournalError> {
         let kept = tables::kept(&self.connection).map_err(|error| self.failed(error))?;
-        Ok(kept.get(tables::IDENTITY).cloned().unwrap_or_default())
+        // A file of an older version knows none: it stands beside.
+        let beside = || std::fs::read_to_string(self.path.with_file_name(tables::IDENTITY)).unwrap_or_default();
+        Ok(kept.get(tables::IDENTITY).cloned().unwrap_or_else(|| beside().trim().to_owned()))
     }
 
     /// How far each sink is: the number of the last record it has.
