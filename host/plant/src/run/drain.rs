@@ -6,6 +6,9 @@ use crate::assemble::Plant;
 use crate::operate::{Answer, Pending, Wish};
 use latchwork_record::{Draft, Kept, Turn};
 
+/// After so many records the lanes' queues are emptied again.
+const COLLECT: u32 = 64;
+
 impl Plant {
     /// Passes on the trace rows there are and the records older than `before`; it is `now` (plant time, ns).
     pub(super) fn drain(&mut self, before: u64, now: u64, observer: &mut dyn Observer) {
@@ -15,8 +18,14 @@ impl Plant {
             }
         }
         self.router.collect();
+        let mut turns = 0u32;
         while let Some(turn) = self.router.next(before) {
             self.turn(turn, observer);
+            // A flood takes its time, and meanwhile the lanes' queues must not fill up.
+            turns = turns.wrapping_add(1);
+            if turns.is_multiple_of(COLLECT) {
+                self.router.collect();
+            }
         }
         // Older entries may still come for what is due later.
         if let Some(last) = before.min(now).checked_sub(1) {
