@@ -120,6 +120,17 @@ impl Instance {
         self.call(Function::Save, &[]).map(cells)
     }
 
+    /// The same into cells that are there, without an allocation on the plain path; false when the class retains nothing.
+    ///
+    /// # Panics
+    /// When there is not one cell per retained port.
+    pub fn save_into(&mut self, to: &mut [u64]) -> Result<bool, Fault> {
+        assert_eq!(to.len(), self.class().retained.len(), "one cell per retained port");
+        let Some(cells) = self.save()? else { return Ok(false) };
+        to.copy_from_slice(&cells);
+        Ok(true)
+    }
+
     /// Hands back a state that `save` gave; does nothing when the class retains nothing.
     ///
     /// # Panics

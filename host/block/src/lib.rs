@@ -24,6 +24,7 @@ mod limits;
 mod log;
 mod plain;
 mod state;
+pub mod upgrade;
 
 pub use class::{Class, Port};
 pub use compile::compile;

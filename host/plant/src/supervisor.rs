@@ -1,6 +1,6 @@
 //! Makes new instances for blocks that faulted, off the lanes.
 
-use crate::lane::{Configured, Reply, Request, RestartRequest};
+use crate::lane::{Configured, Reply, Report, Request, RestartRequest};
 use latchwork_block::{Fault, FaultKind, Instance, Limits, Template};
 use latchwork_record::Text;
 
@@ -33,6 +33,8 @@ pub struct LaneLink {
     pub requests: rtrb::Producer<Request>,
     /// What blocks said to new settings.
     pub configured: rtrb::Consumer<Configured>,
+    /// What else the lane sends back.
+    pub reports: rtrb::Consumer<Report>,
 }
 
 /// Answers the lanes' restart requests.

@@ -2,7 +2,7 @@
 
 use super::Sources;
 use crate::lane::{
-    Block, BlockState, Condition, Configured, Follower, Interrupt, Lane, LaneParts, Register, Request, Rest,
+    Block, BlockState, Condition, Configured, Follower, Interrupt, Lane, LaneParts, Register, Report, Request, Rest,
     RestartRequest, Tracer,
 };
 use crate::layout::Layout;
@@ -21,6 +21,7 @@ pub(super) struct LaneWiring {
     pub(super) requests: rtrb::Consumer<Request>,
     pub(super) restarts: rtrb::Producer<RestartRequest>,
     pub(super) configured: rtrb::Producer<Configured>,
+    pub(super) reports: rtrb::Producer<Report>,
     pub(super) conditions: Vec<Condition>,
     pub(super) tracer: Tracer,
     pub(super) forces: latchwork_image::ForceInbox,
@@ -104,6 +105,7 @@ impl LaneWiring {
             requests: self.requests,
             restarts: self.restarts,
             configured: self.configured,
+            reports: self.reports,
             conditions: self.conditions,
             tracer: self.tracer,
             followers: self.followers,

@@ -12,9 +12,12 @@ use crate::lane::{Change, Lane, Tracer, Wake, Watch};
 use crate::layout::{Layout, lane_source};
 use crate::model::Model;
 use crate::operate::{Desk, Wish};
+use crate::recorder::Recorder as FlightRecorder;
+use crate::retain::Keeper;
 use crate::sim::SimPoints;
 use crate::supervision::{Beats, Table};
 use crate::supervisor::{LaneLink, Supervisor};
+use crate::swap::Swaps;
 use interrupt::Interrupts;
 use lane::LaneWiring;
 use latchwork_block::{Engine, LoadError, Ticker};
@@ -137,6 +140,14 @@ pub struct Plant {
     pub annunciator: Annunciator,
     /// What operators have under way.
     pub desk: Desk,
+    /// Which clock it runs by.
+    pub(crate) time: Time,
+    /// Swaps of blocks.
+    pub(crate) swaps: Swaps,
+    /// State that outlives a restart.
+    pub(crate) keeper: Keeper,
+    /// The flight recorder.
+    pub(crate) recorder: FlightRecorder,
     /// Status tables.
     pub(crate) tables: Vec<Table>,
     /// Signs of life.
@@ -253,7 +264,8 @@ pub fn assemble(model: Model, engine: &Engine, options: &Options<'_>) -> Result<
         // A block has at most one restart under way, and hands over one dead instance when it is parked.
         let (restarts, from_lane) = rtrb::RingBuffer::new(2 * blocks + 1);
         let (configured, answers) = rtrb::RingBuffer::new(REQUESTS + blocks);
-        links.push(LaneLink { restarts: from_lane, requests: to_lane, configured: answers });
+        let (reports, back) = rtrb::RingBuffer::new(REQUESTS + blocks);
+        links.push(LaneLink { restarts: from_lane, requests: to_lane, configured: answers, reports: back });
         let changes = options.trace.map(|_| {
             let (producer, consumer) = rtrb::RingBuffer::new(TRACE);
             trace.push(consumer);
@@ -268,6 +280,7 @@ pub fn assemble(model: Model, engine: &Engine, options: &Options<'_>) -> Result<
             requests,
             restarts,
             configured,
+            reports,
             conditions: std::mem::take(&mut conditions[index]),
             tracer: Tracer::new(index as u32, watches, changes),
             forces: forces.add_writer(),
@@ -331,6 +344,10 @@ pub fn assemble(model: Model, engine: &Engine, options: &Options<'_>) -> Result<
         router,
         annunciator,
         desk,
+        time: options.time,
+        swaps: Swaps::default(),
+        keeper: Keeper::default(),
+        recorder: FlightRecorder::default(),
         trace,
         regions,
         forces,

@@ -12,6 +12,7 @@ mod fault;
 mod follow;
 mod interrupt;
 mod message;
+mod report;
 mod request;
 mod statistics;
 mod status;
@@ -24,6 +25,7 @@ pub use follow::{EdgeKind, Event, Feed, Follower, Sender, Simulated, Wake};
 pub use interrupt::{
     Arrival, Arrivals, Cause, DirectInput, DirectNames, DirectOutput, DirectPart, EdgeInput, FOLLOW, Interrupt, Watched,
 };
+pub use report::Report;
 pub use request::{Configured, Mode, Reply, Request, RestartRequest};
 pub use statistics::Statistics;
 pub use status::Register;
@@ -107,6 +109,8 @@ pub struct LaneParts {
     pub restarts: rtrb::Producer<RestartRequest>,
     /// What blocks said to new settings.
     pub configured: rtrb::Producer<Configured>,
+    /// What else goes back to the plant.
+    pub reports: rtrb::Producer<Report>,
     /// Bool tags that alarms hang on.
     pub conditions: Vec<Condition>,
     /// Traced tags.

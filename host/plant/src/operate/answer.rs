@@ -1,5 +1,6 @@
 //! What an operator is told.
 
+use crate::swap::SwapStatus;
 use serde::Serialize;
 use serde_json::Value;
 
@@ -74,6 +75,10 @@ pub enum Answer {
     Forces(Vec<ForceRow>),
     /// How the plant is.
     Status(Value),
+    /// A swap that was ordered.
+    Swap(Box<SwapStatus>),
+    /// Swaps.
+    Swaps(Vec<SwapStatus>),
     /// It is done; one sentence per thing that was done.
     Done {
         /// Sentences.

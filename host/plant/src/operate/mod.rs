@@ -15,6 +15,7 @@ mod settings;
 mod status;
 mod tags;
 
+use crate::swap::SwapOrder;
 pub use answer::{AlarmRow, Answer, ForceRow, Refused, TagRow};
 pub use console::{Console, Pending, Wishes, console};
 pub use desk::{Desk, Wish};
@@ -122,15 +123,36 @@ pub enum Operation {
     Heartbeat,
     /// How the plant is: lanes, blocks, alarms, forces.
     Status,
+    /// Another version of a block, or of several; answered at once with the swap's number, then it goes its way.
+    Swap(Box<SwapOrder>),
+    /// Calls a swap off that has not reached its lane.
+    CancelSwap {
+        /// Its number.
+        number: u64,
+    },
+    /// Swaps and how far they are: one, or those that the plant still knows.
+    Swaps {
+        /// Its number.
+        number: Option<u64>,
+    },
+    /// Puts an earlier version of a block back, with the state it had.
+    Rollback {
+        /// Block.
+        block: String,
+        /// How many versions back, from 1.
+        steps: u64,
+    },
 }
 
 impl Operation {
     /// The right it needs, as the plant file's policy names it.
     pub fn right(&self) -> &'static str {
         match self {
-            Self::Read { .. } | Self::ReadValues { .. } | Self::Forces | Self::Alarms { .. } | Self::Status => "view",
+            Self::Read { .. } | Self::ReadValues { .. } | Self::Forces | Self::Alarms { .. } => "view",
+            Self::Status | Self::Swaps { .. } => "view",
             Self::Set { .. } | Self::WriteValues { .. } | Self::DiscardValues { .. } => "set",
             Self::Force { .. } | Self::Unforce { .. } => "force",
+            Self::Swap(_) | Self::CancelSwap { .. } | Self::Rollback { .. } => "swap",
             Self::Command { .. } | Self::Heartbeat => "command",
             Self::Acknowledge { .. } | Self::Reset { .. } => "alarm",
             Self::Shelve { .. } | Self::Unshelve { .. } | Self::OutOfService { .. } => "shelve",
@@ -139,4 +161,4 @@ impl Operation {
 }
 
 /// Rights that a policy can give, in the order of their weight.
-pub const RIGHTS: &[&str] = &["view", "alarm", "command", "shelve", "set", "force"];
+pub const RIGHTS: &[&str] = &["view", "alarm", "command", "shelve", "set", "force", "swap"];

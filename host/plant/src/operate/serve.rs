@@ -54,7 +54,21 @@ impl Plant {
             }
         }
         self.configured(now);
+        self.lane_reports(now);
+        self.swap_turn(now);
+        self.retain_turn(now);
+        self.recorder_turn(now);
         self.supervise(now);
+    }
+
+    /// What the lanes sent back, each to whom it concerns.
+    fn lane_reports(&mut self, now: u64) {
+        let _ = now;
+        for lane in 0..self.supervisor.lanes.len() {
+            while let Ok(report) = self.supervisor.lanes[lane].reports.pop() {
+                match report {}
+            }
+        }
     }
 
     fn wish(&mut self, pending: Pending, now: u64) {
@@ -140,7 +154,7 @@ pub(super) fn done(done: Vec<String>) -> Answer {
 impl Operation {
     /// Nothing is changed by it.
     pub fn only_looks(&self) -> bool {
-        matches!(self, Self::Read { .. } | Self::ReadValues { .. } | Self::Forces | Self::Alarms { .. } | Self::Status)
+        matches!(self, Self::Read { .. } | Self::ReadValues { .. } | Self::Forces | Self::Alarms { .. } | Self::Status | Self::Swaps { .. })
     }
 
     /// Its name in records.
@@ -164,6 +178,10 @@ impl Operation {
             Self::OutOfService { out: false, .. } => "in-service",
             Self::Heartbeat => "heartbeat",
             Self::Status => "status",
+            Self::Swap(_) => "swap",
+            Self::CancelSwap { .. } => "cancel-swap",
+            Self::Swaps { .. } => "swaps",
+            Self::Rollback { .. } => "rollback",
         }
     }
 
@@ -179,6 +197,9 @@ impl Operation {
             | Self::Shelve { alarm, .. }
             | Self::Unshelve { alarm }
             | Self::OutOfService { alarm, .. } => (Kind::Command, alarm.clone()),
+            Self::Swap(order) => (Kind::Swap, order.parts.first().map_or("", |p| &p.block).to_owned()),
+            Self::Rollback { block, .. } => (Kind::Swap, block.clone()),
+            Self::CancelSwap { .. } => (Kind::Swap, "plant".into()),
             _ => (Kind::Audit, "plant".into()),
         }
     }

@@ -1,0 +1,50 @@
+//! What an operator wants.
+
+use std::sync::Arc;
+
+/// A swap: one block or several of one lane, all or none, in one scan.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SwapOrder {
+    /// What becomes what.
+    pub parts: Vec<Part>,
+    /// Executions for which the candidate runs in the shadow of the running block first; 0: none.
+    pub shadow: u64,
+    /// Deviations of real outputs that the shadow does not count as differences.
+    pub tolerances: Vec<Tolerance>,
+    /// Executions after the exchange within which a fault puts the old version back.
+    pub probation: u64,
+    /// Retained fields whose values do not fit the new type are clamped instead of refusing the swap.
+    pub allow_lossy: bool,
+    /// Only the plan, nothing is changed.
+    pub dry_run: bool,
+    /// When probation has passed, the component goes into the plant's folder and its name into the plant file.
+    pub save: bool,
+}
+
+/// One block and its next version.
+#[derive(Clone, PartialEq)]
+pub struct Part {
+    /// Block, or `sink.NAME`.
+    pub block: String,
+    /// Name of the component's file, for records and `--save`; no path.
+    pub file: String,
+    /// The component.
+    pub bytes: Arc<[u8]>,
+    /// Settings of the new version that are to be others than now: name and value as text.
+    pub settings: Vec<(String, String)>,
+}
+
+impl std::fmt::Debug for Part {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Part").field("block", &self.block).field("file", &self.file).finish_non_exhaustive()
+    }
+}
+
+/// How far an output may be off.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Tolerance {
+    /// Tag of an output, or a glob of them: `unit.outputs.level`.
+    pub tag: String,
+    /// Largest deviation, in the port's own unit.
+    pub within: f64,
+}

@@ -1,0 +1,1 @@
+//! Component tests: cases, steps, what is expected.
