@@ -154,7 +154,15 @@ pub(super) fn done(done: Vec<String>) -> Answer {
 impl Operation {
     /// Nothing is changed by it.
     pub fn only_looks(&self) -> bool {
-        matches!(self, Self::Read { .. } | Self::ReadValues { .. } | Self::Forces | Self::Alarms { .. } | Self::Status | Self::Swaps { .. })
+        matches!(
+            self,
+            Self::Read { .. }
+                | Self::ReadValues { .. }
+                | Self::Forces
+                | Self::Alarms { .. }
+                | Self::Status
+                | Self::Swaps { .. }
+        )
     }
 
     /// Its name in records.
