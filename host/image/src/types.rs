@@ -166,6 +166,22 @@ impl Type {
         self.value(cell).to_string()
     }
 
+    /// True when a cell is one that this type has: what comes from a file may be none.
+    pub fn holds(&self, cell: u64) -> bool {
+        match self {
+            Self::Bool => cell <= 1,
+            Self::U8 => cell <= u8::MAX.into(),
+            Self::U16 => cell <= u16::MAX.into(),
+            Self::U32 | Self::F32 => cell <= u32::MAX.into(),
+            Self::S8 | Self::S16 | Self::S32 => {
+                u32::try_from(cell).is_ok_and(|bits| self.cell_from_integer(bits.cast_signed().into()) == Some(cell))
+            }
+            Self::U64 | Self::S64 | Self::F64 | Self::Duration => true,
+            Self::Enum(cases) => cell < cases.len() as u64,
+            Self::Flags(names) => cell <= mask(names.len()),
+        }
+    }
+
     /// A short class of the type for tables: `bool`, `enum`, `flags`, …
     pub fn kind(&self) -> &'static str {
         match self {
@@ -194,6 +210,47 @@ impl std::fmt::Display for Type {
             Self::Flags(names) => write!(f, "flags {{ {} }}", names.join(", ")),
             other => f.pad(other.kind()),
         }
+    }
+}
+
+/// A text that names no type.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("\"{found}\" is no type; expected one such as u32, f64, bool, duration or enum {{ a, b }}")]
+pub struct ParseTypeError {
+    /// What was found.
+    pub found: String,
+}
+
+/// The text that a type is shown as.
+impl std::str::FromStr for Type {
+    type Err = ParseTypeError;
+
+    fn from_str(text: &str) -> Result<Self, ParseTypeError> {
+        let plain = [
+            Self::Bool,
+            Self::U8,
+            Self::U16,
+            Self::U32,
+            Self::U64,
+            Self::S8,
+            Self::S16,
+            Self::S32,
+            Self::S64,
+            Self::F32,
+            Self::F64,
+            Self::Duration,
+        ];
+        if let Some(ty) = plain.into_iter().find(|ty| ty.kind() == text) {
+            return Ok(ty);
+        }
+        let names = |kind: &str| -> Option<Arc<[String]>> {
+            let inner = text.strip_prefix(kind)?.trim().strip_prefix('{')?.strip_suffix('}')?.trim();
+            let name = |n: &str| n.chars().all(|c| c.is_ascii_alphanumeric() || c == '-');
+            let names: Vec<_> = inner.split(',').map(|n| n.trim().to_owned()).collect();
+            names.iter().all(|n| !n.is_empty() && name(n)).then(|| names.into())
+        };
+        let flags = || names("flags").filter(|n| n.len() <= 32).map(Self::Flags);
+        names("enum").map(Self::Enum).or_else(flags).ok_or_else(|| ParseTypeError { found: text.into() })
     }
 }
 
@@ -260,7 +317,40 @@ mod tests {
         assert_eq!(e, "\"auto\" is not a enum { off, on }; expected one of \"off\", \"on\"");
     }
 
+    #[test]
+    fn a_type_is_read_from_the_text_it_is_shown_as() {
+        for ty in all() {
+            assert_eq!(ty.to_string().parse(), Ok(ty));
+        }
+        for wrong in ["", "u7", "enum", "enum {}", "enum { a, }", "flags { a b }", "enum { a", "U8", "string"] {
+            assert!(wrong.parse::<Type>().is_err(), "{wrong}");
+        }
+        let many = format!("flags {{ {} }}", vec!["x"; 33].join(", "));
+        assert!(many.parse::<Type>().is_err(), "more flags than a word has bits");
+    }
+
+    #[test]
+    fn a_type_knows_its_cells() {
+        for (ty, highest) in
+            [(Type::Bool, 1), (Type::U8, 255), (Type::F32, 0xffff_ffff), (Type::Flags(names(&["a", "b"])), 3)]
+        {
+            assert!(ty.holds(highest) && !ty.holds(highest + 1), "{ty}");
+        }
+        assert!(Type::S8.holds(signed(-128)) && !Type::S8.holds(signed(-129)) && !Type::S8.holds(u64::MAX));
+        assert!(Type::Enum(names(&["a", "b"])).holds(1) && !Type::Enum(names(&["a", "b"])).holds(2));
+    }
+
     proptest! {
+        #[test]
+        fn every_value_is_held(bits: u64) {
+            for ty in all().into_iter().filter(|t| !matches!(t, Type::F32 | Type::F64)) {
+                // Whatever reads back is a cell of the type.
+                if let Ok(cell) = ty.parse(&ty.format(bits & 0xff)) {
+                    prop_assert!(ty.holds(cell), "{ty}: {cell}");
+                }
+            }
+        }
+
         #[test]
         fn what_is_shown_reads_back(bits: u64) {
             for ty in all() {
