@@ -25,6 +25,6 @@ pub use quality::Quality;
 pub use region::{RegionReader, RegionWriter, region};
 pub use tag::{Location, Resolved, Source, Tag, TagError, TagId, TagTable, nearest};
 pub use time::{DurationError, format_duration, parse_duration};
-pub use types::{ParseTypeError, ParseValueError, Type};
+pub use types::{ParseValueError, Type};
 pub use value::Value;
 pub use view::View;

@@ -2,7 +2,7 @@
 //! but one.
 //!
 //! Owns the two files, their format and the thread that writes them. It must never know what a block, a plant or a type is:
-//! names, classes and types are texts, state is cells.
+//! names, classes and schemas are texts, state is cells.
 //!
 //! ```text
 //! plant ──Retained──► Store ─(own thread)─► slot 0 │ slot 1, in turn, whole, with checksum ─► at start: the newer sound one
@@ -15,8 +15,8 @@ mod slots;
 mod store;
 mod vault;
 
-pub use retained::{Field, Retained, Saved, Version};
+pub use retained::{Retained, Saved, Version};
 pub use slot::{BLOCK, Damage, LONGEST, decode, encode};
 pub use slots::{FILES, Found, read};
-pub use store::{Opening, OpenError, Store};
+pub use store::{OpenError, Store};
 pub use vault::{Figures, Memory, Trouble, Vault};

@@ -4,16 +4,6 @@ use serde::{Deserialize, Serialize};
 use std::collections::{BTreeMap, HashMap};
 use std::sync::Arc;
 
-/// One field of a state.
-#[derive(Clone, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
-pub struct Field {
-    /// Path of the field.
-    pub name: String,
-    /// Its type, as the class names it.
-    #[serde(rename = "type")]
-    pub ty: String,
-}
-
 /// What a state was saved by; blocks of one component share it.
 #[derive(Clone, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 pub struct Version {
@@ -23,8 +13,8 @@ pub struct Version {
     pub component: String,
     /// SHA-256 of it, hex.
     pub hash: String,
-    /// Fields in the order of the cells.
-    pub fields: Vec<Field>,
+    /// Names and types of the fields in the order of the cells, as `latchwork_block::upgrade::schema` tells them.
+    pub schema: String,
 }
 
 /// The state of one block.
@@ -97,9 +87,6 @@ impl Retained {
             let Some(version) = versions.get(version).cloned() else {
                 return Err(format!("`{name}` has version {version} of {}", versions.len()));
             };
-            if cells.len() != version.fields.len() {
-                return Err(format!("`{name}` has {} values for {} fields", cells.len(), version.fields.len()));
-            }
             retained.blocks.insert(name, Arc::new(Saved { version, time, wall, cells }));
         }
         Ok(retained)

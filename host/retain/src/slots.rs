@@ -11,7 +11,7 @@ use std::path::{Path, PathBuf};
 pub const FILES: [&str; 2] = ["retained-0", "retained-1"];
 
 /// What two files hold.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Found {
     /// The newest sound states.
     pub retained: Retained,
@@ -21,9 +21,16 @@ pub struct Found {
     pub slot: Option<usize>,
     /// Why the others are not taken, by file; a file that was never written is no damage.
     pub damage: Vec<(usize, Damage)>,
+    /// Where damaged files went, if none was sound.
+    pub set_aside: Vec<PathBuf>,
 }
 
 impl Found {
+    /// States from elsewhere than files.
+    pub fn of(retained: Retained) -> Self {
+        Self { retained, ..Self::default() }
+    }
+
     /// Something was kept, and none of it can be read.
     pub fn lost(&self) -> bool {
         self.slot.is_none() && !self.damage.is_empty()
@@ -49,13 +56,13 @@ fn content(file: &mut File) -> io::Result<Vec<u8>> {
 
 /// The newest of two files.
 fn choose(files: [io::Result<Vec<u8>>; 2]) -> Found {
-    let mut found = Found { retained: Retained::default(), generation: 0, slot: None, damage: Vec::new() };
+    let mut found = Found::default();
     for (slot, bytes) in files.into_iter().enumerate() {
         let read = bytes.map_err(|e| Damage::Unreadable { why: e.to_string() }).and_then(|bytes| decode(&bytes));
         match read {
             Ok((generation, retained)) => {
                 if found.slot.is_none() || generation > found.generation {
-                    found = Found { retained, generation, slot: Some(slot), damage: found.damage };
+                    found = Found { retained, generation, slot: Some(slot), ..found };
                 }
             }
             Err(Damage::Empty) => {}

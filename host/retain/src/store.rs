@@ -30,15 +30,6 @@ fn hint(error: &io::Error) -> &'static str {
     }
 }
 
-/// What was found when the files were opened.
-#[derive(Debug)]
-pub struct Opening {
-    /// The states, and what is damaged.
-    pub found: Found,
-    /// Where damaged files went, if none was sound.
-    pub set_aside: Vec<PathBuf>,
-}
-
 struct Waiting {
     retained: Retained,
     round: bool,
@@ -85,15 +76,17 @@ impl Store {
     ///
     /// # Errors
     /// Files that cannot be opened or made, or that another plant holds. Damaged ones are no error.
-    pub fn open(folder: &Path) -> Result<(Self, Opening), OpenError> {
+    pub fn open(folder: &Path) -> Result<(Self, Found), OpenError> {
         let failed = |error| OpenError { folder: folder.into(), error };
-        let (mut slots, found) = Slots::open(folder).map_err(failed)?;
-        let set_aside = if found.lost() { slots.set_aside(&found.damage).map_err(failed)? } else { Vec::new() };
+        let (mut slots, mut found) = Slots::open(folder).map_err(failed)?;
+        if found.lost() {
+            found.set_aside = slots.set_aside(&found.damage).map_err(failed)?;
+        }
         let shared = Arc::new(Shared::default());
         let at = Arc::clone(&shared);
         let body = move || run(&at, &mut slots);
         let thread = std::thread::Builder::new().name("retain".into()).spawn(body).map_err(failed)?;
-        Ok((Self { shared, thread: Some(thread) }, Opening { found, set_aside }))
+        Ok((Self { shared, thread: Some(thread) }, found))
     }
 
     /// The plant's end.

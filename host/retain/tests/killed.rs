@@ -1,6 +1,6 @@
 //! A process that is killed while it writes, again and again: what it called durable is there afterwards.
 
-use latchwork_retain::{FILES, Field, Retained, Saved, Store, Version, read};
+use latchwork_retain::{FILES, Retained, Saved, Store, Version, read};
 use std::io::{BufRead, BufReader, Write};
 use std::path::Path;
 use std::process::{Command, Stdio};
@@ -14,9 +14,8 @@ const KILLS: u64 = 200;
 
 /// Some blocks that all hold the same number: half of a writing would show.
 fn states(number: u64) -> Retained {
-    let fields = vec![Field { name: "n".into(), ty: "u64".into() }];
-    let version = Version { class: "test:a/b@1.0.0".into(), component: "b".into(), hash: String::new(), fields };
-    let version = Arc::new(version);
+    let (class, component, schema) = ("test:a/b@1.0.0".into(), "b".into(), "n:u64".into());
+    let version = Arc::new(Version { class, component, hash: String::new(), schema });
     // Its length changes, so that old ends stand behind new ones.
     let blocks = 1 + number * 37 % 150;
     let saved = Arc::new(Saved { version, time: number, wall: number, cells: [number].into() });

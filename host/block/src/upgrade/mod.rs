@@ -5,8 +5,10 @@
 mod convert;
 mod difference;
 mod mapping;
+mod read_schema;
 mod transfer;
 
 pub use difference::{Change, Difference, Part, PortChange};
 pub use mapping::Mapping;
+pub use read_schema::read_schema;
 pub use transfer::{Fate, Field, Transfer, schema};

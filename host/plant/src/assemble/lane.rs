@@ -79,6 +79,7 @@ impl LaneWiring {
                     ready: None,
                     messages: Default::default(),
                     not_finite: 0,
+                    save_max: 0,
                 }),
             });
         }

@@ -83,6 +83,8 @@ pub struct Rest {
     pub messages: super::message::Budget,
     /// Executions with a value that was not finite.
     pub not_finite: u64,
+    /// Longest save of its state, ns.
+    pub save_max: u64,
 }
 
 impl Lane {

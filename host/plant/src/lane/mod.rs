@@ -14,6 +14,7 @@ mod interrupt;
 mod message;
 mod report;
 mod request;
+mod save;
 mod statistics;
 mod status;
 mod trace;
@@ -27,6 +28,7 @@ pub use interrupt::{
 };
 pub use report::Report;
 pub use request::{Configured, Mode, Reply, Request, RestartRequest};
+pub use save::{PUT_OFF, Save, SaveResult, Saved};
 pub use statistics::Statistics;
 pub use status::Register;
 pub use trace::{Change, Tracer, Watch};
@@ -144,6 +146,8 @@ pub struct Lane {
     waiting: Vec<u32>,
     /// Blocks whose one-shot commands go back after their next execution.
     one_shots: Vec<u32>,
+    /// A block whose state is wanted.
+    saving: Option<save::Waiting>,
 }
 
 impl Lane {
@@ -158,6 +162,7 @@ impl Lane {
             state: LaneState::Starting,
             waiting: Vec::with_capacity(blocks),
             one_shots: Vec::with_capacity(blocks),
+            saving: None,
         }
     }
 

@@ -38,6 +38,8 @@ pub enum Request {
         /// Cells of the settings; they come back, so that nothing is freed here.
         cells: Box<[u64]>,
     },
+    /// The state of a block is wanted.
+    Save(super::Save),
 }
 
 /// What a block says to new settings.
@@ -79,6 +81,7 @@ impl Lane {
                     // There is room for as many answers as requests may wait.
                     let _ = self.parts.configured.push(Configured { number, cells, result });
                 }
+                Ok(Request::Save(save)) => self.take_save(save, now),
                 Err(_) => break,
             }
         }

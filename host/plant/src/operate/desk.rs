@@ -96,7 +96,7 @@ pub struct Desk {
     /// Tags by their numbers.
     pub(super) refs: HashMap<TagId, TagRef>,
     /// Place of each block in its lane.
-    pub(super) places: Vec<u32>,
+    pub(crate) places: Vec<u32>,
     /// The operators' region and its cells: all settings.
     pub(super) region: Option<RegionWriter>,
     pub(super) cells: Vec<u64>,
