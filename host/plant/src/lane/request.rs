@@ -1,6 +1,7 @@
 //! What reaches a lane from outside between two scans.
 
-use super::{BlockState, Lane};
+use super::tap::REPORTS;
+use super::{BlockState, Lane, Tap, TapSlot};
 use latchwork_block::{FaultKind, Instance};
 use latchwork_record::{Entry, Kind, Text};
 
@@ -38,6 +39,29 @@ pub enum Request {
         /// Cells of the settings; they come back, so that nothing is freed here.
         cells: Box<[u64]>,
     },
+    /// Listens to a block from now on; its state comes first. A tap that has the place goes.
+    Tap {
+        /// Index of the block in the lane.
+        block: u32,
+        /// Who listens.
+        slot: TapSlot,
+        /// The lane's end; it comes back by [`super::Report::Tap`].
+        tap: Box<Tap>,
+    },
+    /// Sends a tap the block's state.
+    Keyframe {
+        /// Index of the block in the lane.
+        block: u32,
+        /// Who listens.
+        slot: TapSlot,
+    },
+    /// Listens no more.
+    Untap {
+        /// Index of the block in the lane.
+        block: u32,
+        /// Who listened.
+        slot: TapSlot,
+    },
 }
 
 /// What a block says to new settings.
@@ -71,6 +95,9 @@ pub struct RestartRequest {
 impl Lane {
     pub(super) fn take_requests(&mut self, now: u64) {
         for _ in 0..PER_SCAN {
+            if self.parts.reports.slots() < REPORTS {
+                break;
+            }
             match self.parts.requests.pop() {
                 Ok(Request::Command { block, bit, mode }) => self.command(block, bit, mode),
                 Ok(Request::Restarted(reply)) => self.restarted(reply, now),
@@ -79,6 +106,9 @@ impl Lane {
                     // There is room for as many answers as requests may wait.
                     let _ = self.parts.configured.push(Configured { number, cells, result });
                 }
+                Ok(Request::Tap { block, slot, tap }) => self.tap(block as usize, slot, tap, now),
+                Ok(Request::Keyframe { block, slot }) => self.keyframe(block as usize, slot, now),
+                Ok(Request::Untap { block, slot }) => self.untap(block as usize, slot),
                 Err(_) => break,
             }
         }
@@ -129,10 +159,12 @@ impl Lane {
     #[expect(clippy::result_large_err, reason = "a text of fixed size is what a lane can make without allocation")]
     fn configure(&mut self, index: usize, cells: &[u64], now: u64) -> Result<(), Text> {
         let block = self.parts.blocks.get_mut(index);
-        let Some(instance) = block.and_then(|b| b.instance.as_mut()) else {
+        let Some((instance, taps)) = block.and_then(|b| b.instance.as_mut().map(|i| (i, &mut b.rest.taps))) else {
             return Err(Text::new("the block is out of order; try again when it runs"));
         };
-        match instance.configure(cells) {
+        let answer = instance.configure(cells);
+        taps.settings(cells, answer.as_ref().ok().map(Result::is_ok));
+        match answer {
             Ok(Ok(())) => Ok(()),
             Ok(Err(sentence)) => Err(Text::new(&sentence)),
             Err(fault) => {
@@ -169,6 +201,7 @@ impl Lane {
         block.rest.state = BlockState::Running;
         block.first = true;
         block.ran = false;
+        block.rest.taps.restarted();
         let entry = Entry::new(now, Kind::Fault, block.rest.source, "restarted").priority(50);
         self.parts.recorder.push(entry);
         true

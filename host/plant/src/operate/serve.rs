@@ -3,6 +3,7 @@
 use super::{Answer, Console, Operation, Operator, Pending, Refused, Wish, console};
 use crate::alarms::{AlarmWish, remark};
 use crate::assemble::Plant;
+use crate::lane::Report;
 use crate::sim::Action;
 use latchwork_record::{Draft, Kept, Kind};
 
@@ -66,7 +67,9 @@ impl Plant {
         let _ = now;
         for lane in 0..self.supervisor.lanes.len() {
             while let Ok(report) = self.supervisor.lanes[lane].reports.pop() {
-                match report {}
+                match report {
+                    Report::Tap(tap) => drop(tap),
+                }
             }
         }
     }
