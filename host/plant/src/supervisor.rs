@@ -85,11 +85,8 @@ impl Supervisor {
             Err(fault) => Err(Box::new((fault.kind, Text::new(&fault.message)))),
         };
         // There is a free slot, and this is the only producer.
-        let _ = link.requests.push(Request::Restarted(Reply {
-            block: request.block,
-            version: request.version,
-            instance,
-        }));
+        let _ =
+            link.requests.push(Request::Restarted(Reply { block: request.block, version: request.version, instance }));
     }
 
     /// Sends a request to a lane; gives it back when the lane has too many waiting.

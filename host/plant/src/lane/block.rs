@@ -29,6 +29,8 @@ pub struct Block {
     pub ran: bool,
     /// A plain real output is not finite now.
     pub not_finite: bool,
+    /// Somebody listens: see [`Rest::taps`].
+    pub tapped: bool,
     /// Argument cells, in the lane's list.
     pub ins: Range<u32>,
     /// Conversions, in the lane's list.
@@ -85,6 +87,8 @@ pub struct Rest {
     pub messages: super::message::Budget,
     /// Executions with a value that was not finite.
     pub not_finite: u64,
+    /// Who listens.
+    pub taps: super::Taps,
 }
 
 impl Lane {
@@ -100,7 +104,12 @@ impl Lane {
         let now = now.max(block.last);
         let scan = Scan { now, elapsed: if block.ran { now - block.last } else { 0 }, first: block.first };
         let ins = &parts.ins[block.ins.start as usize..block.ins.end as usize];
-        if let Err(fault) = instance.execute(scan, ins, block.out.start, &mut parts.cells) {
+        let result = if block.tapped {
+            block.rest.taps.execute(instance, scan, ins, block.out.start, &mut parts.cells)
+        } else {
+            instance.execute(scan, ins, block.out.start, &mut parts.cells)
+        };
+        if let Err(fault) = result {
             return self.failed(index, now, &fault);
         }
         block.last = now;

@@ -243,6 +243,7 @@ impl Lane {
     /// The version in the lane and the other one take each other's place.
     pub(super) fn switch(&mut self, part: &mut Exchanging) {
         let index = part.block;
+        self.end_taps(index as usize);
         let (block, other) = (&mut self.parts.blocks[index as usize], &mut part.other);
         let rest = &mut *block.rest;
         std::mem::swap(&mut block.instance, &mut other.instance);

@@ -18,6 +18,7 @@ mod report;
 mod request;
 mod statistics;
 mod status;
+mod tap;
 mod trace;
 
 pub use block::{Block, BlockState, Rest};
@@ -32,6 +33,7 @@ pub use report::Report;
 pub use request::{Configured, Mode, Reply, Request, RestartRequest};
 pub use statistics::Statistics;
 pub use status::Register;
+pub use tap::{Frame, State as TapState, Tap, TapReader, TapSlot, Taps, Timer, tap};
 pub use trace::{Change, Tracer, Watch};
 
 use crate::layout::{Convert, STATE};

@@ -8,4 +8,6 @@ pub enum Report {
     Exchanged(Box<Exchanged>),
     /// An exchange has ended, one way or the other.
     SwapEnded(Box<Exchange>),
+    /// A tap that has ended, to be dropped.
+    Tap(Box<super::Tap>),
 }

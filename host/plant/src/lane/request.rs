@@ -1,6 +1,7 @@
 //! What reaches a lane from outside between two scans.
 
-use super::{BlockState, Exchange, Lane, Rest};
+use super::tap::REPORTS;
+use super::{BlockState, Exchange, Lane, Rest, Tap, TapSlot};
 use latchwork_block::{FaultKind, Instance};
 use latchwork_record::{Entry, Kind, Text};
 
@@ -48,6 +49,29 @@ pub enum Request {
     TakeBack {
         /// Number of the exchange.
         number: u64,
+    },
+    /// Listens to a block from now on; its state comes first. A tap that has the place goes.
+    Tap {
+        /// Index of the block in the lane.
+        block: u32,
+        /// Who listens.
+        slot: TapSlot,
+        /// The lane's end; it comes back by [`super::Report::Tap`].
+        tap: Box<Tap>,
+    },
+    /// Sends a tap the block's state.
+    Keyframe {
+        /// Index of the block in the lane.
+        block: u32,
+        /// Who listens.
+        slot: TapSlot,
+    },
+    /// Listens no more.
+    Untap {
+        /// Index of the block in the lane.
+        block: u32,
+        /// Who listened.
+        slot: TapSlot,
     },
 }
 
@@ -103,6 +127,9 @@ impl Lane {
             self.exchange_measured(now, clock);
         }
         for _ in 0..PER_SCAN {
+            if self.parts.reports.slots() < REPORTS {
+                break;
+            }
             match self.parts.requests.pop() {
                 Ok(Request::Command { block, bit, mode }) => self.command(block, bit, mode),
                 Ok(Request::Restarted(reply)) => self.restarted(reply, now),
@@ -116,6 +143,9 @@ impl Lane {
                 }
                 Ok(Request::Exchange(exchange)) => self.take_exchange(exchange, now, clock),
                 Ok(Request::TakeBack { number }) => self.take_back(number, now),
+                Ok(Request::Tap { block, slot, tap }) => self.tap(block as usize, slot, tap, now),
+                Ok(Request::Keyframe { block, slot }) => self.keyframe(block as usize, slot, now),
+                Ok(Request::Untap { block, slot }) => self.untap(block as usize, slot),
                 Err(_) => break,
             }
         }
@@ -169,10 +199,12 @@ impl Lane {
         if block.as_ref().is_some_and(|b| b.rest.version != version) {
             return Err(Text::new("another version executes in the meantime; try again"));
         }
-        let Some(instance) = block.and_then(|b| b.instance.as_mut()) else {
+        let Some((instance, taps)) = block.and_then(|b| b.instance.as_mut().map(|i| (i, &mut b.rest.taps))) else {
             return Err(Text::new("the block is out of order; try again when it runs"));
         };
-        match instance.configure(cells) {
+        let answer = instance.configure(cells);
+        taps.settings(cells, answer.as_ref().ok().map(Result::is_ok));
+        match answer {
             Ok(Ok(())) => Ok(()),
             Ok(Err(sentence)) => Err(Text::new(&sentence)),
             Err(fault) => {
@@ -217,6 +249,7 @@ impl Lane {
         block.rest.state = BlockState::Running;
         block.first = true;
         block.ran = false;
+        block.rest.taps.restarted();
         let entry = Entry::new(now, Kind::Fault, block.rest.source, "restarted").priority(50);
         self.parts.recorder.push(entry);
         true
