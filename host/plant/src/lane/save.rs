@@ -14,7 +14,7 @@ const FIRST: u64 = 10_000;
 pub struct Save {
     /// Index of the block in the lane.
     pub block: u32,
-    /// Which version of the block it is wanted of; it comes back.
+    /// Number of the version that it is wanted of.
     pub version: u64,
     /// One per retained field.
     pub cells: Box<[u64]>,
@@ -25,7 +25,7 @@ pub struct Save {
 pub enum SaveResult {
     /// The cells hold the state.
     Saved,
-    /// The block is out of order, or has another number of fields by now.
+    /// The block is out of order, or another version of it executes by now.
     Nothing,
     /// Another request waits already.
     Busy,
@@ -34,7 +34,7 @@ pub enum SaveResult {
 }
 
 /// The answer to a [`Save`].
-pub struct Saved {
+pub struct SaveAnswer {
     /// What was asked, with its cells.
     pub save: Save,
     /// How it went.
@@ -58,7 +58,7 @@ impl Lane {
         if self.saving.is_none() {
             self.saving = Some(Waiting { save, since: now });
         } else {
-            self.answer(Saved { save, result: SaveResult::Busy, time: now, took: 0 });
+            self.answer(SaveAnswer { save, result: SaveResult::Busy, time: now, took: 0 });
         }
     }
 
@@ -92,6 +92,7 @@ impl Lane {
         let Waiting { mut save, .. } = waiting;
         let block = self.parts.blocks.get_mut(save.block as usize);
         let (mut result, mut took) = (SaveResult::Nothing, 0);
+        let block = block.filter(|b| b.rest.version == save.version);
         if let Some(instance) = block.and_then(|b| b.instance.as_mut())
             && instance.class().retained.len() == save.cells.len()
         {
@@ -110,7 +111,7 @@ impl Lane {
             let rest = &mut self.parts.blocks[save.block as usize].rest;
             rest.save_max = rest.save_max.max(took);
         }
-        self.answer(Saved { save, result, time: now, took });
+        self.answer(SaveAnswer { save, result, time: now, took });
         if self.is_interrupt() {
             self.mark_oldest();
         } else {
@@ -118,8 +119,7 @@ impl Lane {
         }
     }
 
-    fn answer(&mut self, saved: Saved) {
-        // There is room for as many as requests may wait.
-        let _ = self.parts.reports.push(Report::Saved(saved));
+    fn answer(&mut self, saved: SaveAnswer) {
+        self.send(Report::Saved(saved));
     }
 }

@@ -13,8 +13,9 @@ mod restore;
 mod status;
 
 use crate::assemble::Plant;
-use crate::lane::{LaneState, Request, Save, SaveResult, Saved};
+use crate::lane::{LaneState, Request, Save, SaveAnswer, SaveResult};
 use crate::layout::STATE;
+use crate::supervisor::Recipe;
 use latchwork_block::{Class, Component, upgrade};
 use latchwork_record::{Draft, Kind};
 use latchwork_retain::{Found, Retained, Saved as State, Trouble, Vault, Version};
@@ -29,7 +30,7 @@ const REFUSED: u8 = 200;
 
 /// What was saved, and when it is saved next; idle without a vault.
 #[derive(Default)]
-pub struct Keeper {
+pub(crate) struct Keeper {
     keeping: Option<Keeping>,
 }
 
@@ -60,7 +61,7 @@ struct Member {
     version: Arc<Version>,
     /// Fields of the state.
     fields: usize,
-    /// Counts the versions, so that an answer of an older one is known as such.
+    /// Number of the version, so that an answer of an older one is known as such.
     number: u64,
     /// The cells that go to the lane and come back; `None` while they are there.
     cells: Option<Box<[u64]>>,
@@ -71,14 +72,15 @@ struct Member {
 }
 
 impl Member {
-    fn new(block: usize, name: &str, place: u32, component: &Component, class: &Class) -> Self {
+    fn new(block: usize, name: &str, place: u32, component: &Component, recipe: &Recipe) -> Self {
+        let class = recipe.template.class();
         Self {
             block,
             name: name.into(),
             place,
             version: Arc::new(version(component, class)),
             fields: class.retained.len(),
-            number: 0,
+            number: recipe.version,
             cells: None,
             longest: 0,
             saved: None,
@@ -120,7 +122,7 @@ impl Plant {
         let member = |(index, block): (usize, &crate::model::Block)| {
             block.retain.then(|| {
                 let place = self.desk.places[index];
-                Member::new(index, &block.name, place, &block.component, &block.class)
+                Member::new(index, &block.name, place, &block.component, &self.supervisor.recipes[index])
             })
         };
         let members: Vec<_> = model.blocks.iter().enumerate().filter_map(member).collect();
@@ -153,8 +155,8 @@ impl Plant {
         if now >= keeping.next {
             // A lane that is slow does not keep the others from being kept.
             keeping.close_round();
-            let rounds = (now - keeping.next) / keeping.every.max(1) + 1;
-            keeping.next = keeping.next.saturating_add(rounds.saturating_mul(keeping.every));
+            // The grid stays; a round that came early, for a swap, is one more.
+            keeping.next = (now / keeping.every.max(1)).saturating_add(1).saturating_mul(keeping.every);
             keeping.round = true;
             keeping.passes.iter_mut().filter(|p| p.over()).for_each(|p| p.at = 0);
         }
@@ -187,7 +189,7 @@ impl Plant {
     }
 
     /// What a lane answers.
-    pub(crate) fn retain_answer(&mut self, lane: usize, saved: Saved) {
+    pub(crate) fn retain_answer(&mut self, lane: usize, saved: SaveAnswer) {
         let epoch = self.router.epoch();
         let Some(keeping) = &mut self.keeper.keeping else { return };
         let pass = &mut keeping.passes[lane];
@@ -221,14 +223,15 @@ impl Plant {
         }
     }
 
-    /// Another version of a block runs from now on: what is saved next is of that one.
-    pub(crate) fn retain_version(&mut self, block: usize, component: &Component, class: &Class) {
+    /// Another version of a block, of which there is a recipe already, executes from now on: a round that begins at once
+    /// saves its state.
+    pub(crate) fn retain_version(&mut self, block: usize, component: &Component, now: u64) {
+        let recipe = &self.supervisor.recipes[block];
         let Some(keeping) = &mut self.keeper.keeping else { return };
         let Some(member) = keeping.members.iter_mut().find(|m| m.block == block) else { return };
-        member.version = Arc::new(version(component, class));
-        member.fields = class.retained.len();
-        member.number += 1;
-        member.cells = None;
+        let Member { name, place, longest, saved, .. } = &*member;
+        *member = Member { longest: *longest, saved: *saved, ..Member::new(block, name, *place, component, recipe) };
+        keeping.next = keeping.next.min(now);
     }
 }
 

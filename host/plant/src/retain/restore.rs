@@ -3,7 +3,7 @@
 use super::{Member, SOURCE};
 use crate::assemble::Plant;
 use latchwork_block::upgrade::{Fate, Field, Transfer, read_schema};
-use latchwork_block::Ticker;
+use latchwork_block::{Port, Ticker};
 use latchwork_record::{Draft, Kind, rfc3339};
 use latchwork_retain::{FILES, Found, Retained, Saved};
 use std::fmt::Write;
@@ -63,12 +63,13 @@ impl Plant {
             old.len() == saved.cells.len() && old.iter().zip(&saved.cells).all(|(port, cell)| port.ty.holds(*cell))
         });
         let Some(old) = old else { return Err("its state does not have the fields that it should have".into()) };
-        let transfer = Transfer::new(&old, &class.retained, false);
-        let refused: Vec<_> = transfer.refused().map(|f| told(f).unwrap_or_default()).collect();
-        if !refused.is_empty() {
-            return Err(format!("its state would lose something: {}", refused.join(", ")));
+        // A swap that was not saved in the plant file may have left a state of wider types: the values decide.
+        let transfer = Transfer::new(&old, &class.retained, true);
+        let lost: Vec<_> = lost(&transfer, &old, &saved.cells, &class.retained);
+        if !lost.is_empty() {
+            return Err(format!("its state would lose something: {}", lost.join(", ")));
         }
-        if !transfer.fields().iter().any(|f| matches!(f.fate, Fate::Carried | Fate::Converted { .. })) {
+        if !transfer.fields().iter().any(|f| matches!(f.fate, Fate::Carried | Fate::Converted { .. } | Fate::Lossy { .. })) {
             return Err("none of the fields of its state is there any more".into());
         }
         // New fields take what the block starts with.
@@ -127,6 +128,16 @@ impl Plant {
         draft.text = text;
         self.tell(draft, Vec::new());
     }
+}
+
+/// Fields whose values would be others on the way back.
+fn lost(transfer: &Transfer, old: &[Port], cells: &[u64], new: &[Port]) -> Vec<String> {
+    let (mut there, mut back) = (vec![0; new.len()], cells.to_vec());
+    transfer.apply(cells, &mut there);
+    Transfer::new(new, old, true).apply(&there, &mut back);
+    let differs = |f: &&Field| old.iter().position(|p| p.path == f.name).is_some_and(|at| cells[at] != back[at]);
+    let lossy = transfer.fields().iter().filter(|f| matches!(f.fate, Fate::Lossy { .. }));
+    lossy.filter(differs).filter_map(told).collect()
 }
 
 /// What becomes of a field, unless it simply stays.

@@ -2,6 +2,7 @@
 
 mod restart;
 mod saving;
+mod swap;
 mod trouble;
 
 use latchwork_retain::{Found, Retained, Saved, Version};

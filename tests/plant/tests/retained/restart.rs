@@ -52,6 +52,9 @@ fn another_version_of_the_class_takes_what_it_knows() {
         // A field less: it is as it was when the block was made.
         (CLASS, "count:u64", &[9], "10", "spent (u64) is new"),
         (CLASS, "count:duration,spent:u64", &[5, 5], "6", "count was duration and is u64"),
+        // Of types that hold more: the values decide.
+        (CLASS, "count:s64,spent:u64", &[7, 5], "8", "count was s64 and is u64, which holds less"),
+        (CLASS, "count:f64,spent:u64", &[7f64.to_bits(), 5], "8", "count was f64 and is u64, which holds less"),
     ] {
         let ran = plant().retained(state(class, schema, cells)).run_for(20 * MS);
         assert_eq!(ran.at("a.outputs.count", 0), expected, "{schema}");
@@ -69,8 +72,8 @@ fn another_version_of_the_class_takes_what_it_knows() {
 fn what_does_not_fit_is_a_record_and_a_cold_start_of_that_block_alone() {
     for (class, schema, cells, why) in [
         ("workshop:store/other@0.1.0", SCHEMA, &[7u64, 1][..], "its state is of class `workshop:store/other@0.1.0`, and it is of class"),
-        (CLASS, "count:s64,spent:u64", &[7, 1], "its state would lose something: count was s64 and is u64, which holds less"),
-        (CLASS, "count:f64,spent:u64", &[7, 1], "its state would lose something: count was f64 and is u64"),
+        (CLASS, "count:s64,spent:u64", &[u64::MAX, 1], "its state would lose something: count was s64 and is u64, which holds less"),
+        (CLASS, "count:f64,spent:u64", &[1.5f64.to_bits(), 1], "its state would lose something: count was f64 and is u64"),
         (CLASS, "other:u64", &[7], "none of the fields of its state is there any more"),
         (CLASS, "count:u99,spent:u64", &[7, 1], "its state does not have the fields that it should have"),
         (CLASS, SCHEMA, &[7], "its state does not have the fields that it should have"),
