@@ -7,9 +7,11 @@
 //! ```
 
 mod order;
+mod shadow;
 mod status;
 
 pub use order::{Part, SwapOrder, Tolerance};
+pub use shadow::{Candidate, Shadow, Verdict};
 pub use status::{BlockPlan, Deviation, FailedRun, ShadowReport, Stage, SwapStatus, Version};
 
 use crate::assemble::Plant;
