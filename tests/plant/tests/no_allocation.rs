@@ -3,6 +3,7 @@
 //! Allocations are counted by thread, so that the tests do not count each other's.
 
 use latchwork_plant::assemble::Time;
+use latchwork_plant::lane::{Request, TapSlot, tap};
 use latchwork_tests_plant::Rig;
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::cell::Cell;
@@ -103,6 +104,45 @@ fn ten_thousand_scans_with_changing_values_alarms_and_a_trace_allocate_nothing()
     assert_eq!(allocations, 0);
     assert_eq!(plant.lanes[0].statistics().scans, 10_100);
     assert_eq!(plant.lanes[0].statistics().faults, 0);
+}
+
+#[test]
+fn taps_of_every_block_allocate_nothing_whether_they_are_read_or_full() {
+    let mut plant = Rig::new(PLANT).plant(Time::Virtual);
+    let mut readers = Vec::new();
+    for lane in 0..plant.lanes.len() {
+        for place in 0..plant.layout.lanes[lane].blocks.len() {
+            let class = &plant.model.blocks[plant.layout.lanes[lane].blocks[place].block].class;
+            for slot in [TapSlot::Recorder, TapSlot::Shadow] {
+                let (tap, reader) = tap(class, 16, None);
+                let request = Request::Tap { block: place as u32, slot, tap };
+                assert!(plant.supervisor.send(lane, request).is_ok());
+                readers.push((slot, reader));
+            }
+        }
+    }
+    let (mut now, mut frames) = (0, 0);
+    let mut scans = |n: u64| {
+        for _ in 0..n {
+            now += 10_000_000;
+            for lane in &mut plant.lanes {
+                let begun = now;
+                lane.scan(now, now, || begun + 1000);
+            }
+            // Nobody reads for the shadow: those rings are full.
+            for (_, reader) in readers.iter_mut().filter(|(slot, _)| *slot == TapSlot::Recorder) {
+                while reader.next().is_some() {
+                    frames += 1;
+                }
+            }
+        }
+        frames
+    };
+    let first = scans(100);
+    let before = COUNT.with(Cell::get);
+    let last = scans(5_000);
+    assert_eq!(COUNT.with(Cell::get) - before, 0);
+    assert!(last - first >= 30_000, "six blocks and more: {}", last - first);
 }
 
 const INTERRUPTS: &str = r#"

@@ -16,14 +16,17 @@ impl Plant {
     pub(super) fn exchange(&mut self, swap: &mut Swap, ready: Vec<Ready>) -> Result<(), String> {
         let every = self.model.lanes[swap.lane].every;
         // Lanes with edges execute when they execute; at virtual time an execution takes none.
-        let timed = swap.probation > 0 && every > 0 && self.time == Time::Real;
+        let known = ready.iter().all(|r| r.baseline > 0);
+        let timed = swap.probation > 0 && !known && every > 0 && self.time == Time::Real;
         let measure = if timed { (MEASURE_TIME / every).clamp(1, MEASURE) } else { 0 };
         let (mut parts, mut saved, mut coming) = (Vec::new(), Vec::new(), Vec::new());
         for part in ready {
             let running = self.supervisor.recipes[part.block].template.class();
             saved.push(Saved { cells: vec![0; running.retained.len()].into(), there: false });
             let standing = Standing::new(part.instance, part.recipe.version);
-            parts.push(Exchanging::new(self.desk.places[part.block], standing, part.carry, part.state));
+            let mut exchanging = Exchanging::new(self.desk.places[part.block], standing, part.carry, part.state);
+            exchanging.baseline = part.baseline;
+            parts.push(exchanging);
             coming.push(Coming { component: part.component, recipe: part.recipe, was: part.was });
         }
         let told = Exchanged { number: swap.status.number, at: 0, took: 0, saved: saved.into() };

@@ -1,0 +1,6 @@
+//! Swaps by the machine's clock, through the operators' console.
+
+use super::*;
+
+#[test]
+fn placeholder() {}
