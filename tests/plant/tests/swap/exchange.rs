@@ -150,3 +150,32 @@ fn two_runs_with_swaps_are_equal_to_the_byte() {
     };
     assert_eq!(run(), run());
 }
+
+#[test]
+fn a_block_of_an_interrupt_lane_is_exchanged_between_two_edges() {
+    let rig = Rig::new(
+        "[lane.main]\nevery = \"10ms\"\n[lane.trip]\non = [\"gpio.door\"]\n[driver.gpio]\nkind = \"sim\"\n\
+         points.door = { type = \"bool\" }\n[block.count]\ncomponent = \"v1.wasm\"\nlane = \"trip\"\n\
+         [block.other]\ncomponent = \"v1.wasm\"\nlane = \"main\"\n",
+    );
+    let rig = rig.with("v1", &Counter::new(1).component()).with("v2", &Counter::new(2).component());
+    let rig = rig.with("v3", &Counter::new(3).bad(Bad::Trap(2)).component());
+    let rows = "100ms,gpio.door,true\n200ms,gpio.door,false\n250ms,swap.count,v2.wasm probation=1\n300ms,gpio.door,true\n\
+                400ms,swap.count,v3.wasm\n500ms,gpio.door,false\n600ms,gpio.door,true\n700ms,gpio.door,false\n";
+    let ran = rig.stimulus(rows).run_for(S);
+    let at = |ms: u64| (ran.at("count.outputs.version", ms * MS), ran.at("count.outputs.count", ms * MS));
+    // Its first execution needs no edge.
+    assert_eq!((at(200), at(290), at(300), at(500)), (("1", "3"), ("1", "3"), ("2", "4"), ("3", "5")));
+    // The third fails at its second edge: the version before takes that edge.
+    assert_eq!((at(600), at(700)), (("2", "5"), ("2", "6")));
+    let expected = [
+        "250 count asked",
+        "300 count exchanged",
+        "300 count kept",
+        "400 count asked",
+        "500 count exchanged",
+        "600 count trap",
+        "600 count rolled-back",
+    ];
+    assert_eq!(told(&ran), expected);
+}
