@@ -436,7 +436,8 @@ impl Wiring<'_> {
     }
 }
 
-fn exponent(port: &Port) -> Option<u64> {
+/// Exponent mask of a real port.
+pub(crate) fn exponent(port: &Port) -> Option<u64> {
     match port.ty {
         Type::F64 => Some(0x7ff0_0000_0000_0000),
         Type::F32 => Some(0x7f80_0000),

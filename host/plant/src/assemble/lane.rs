@@ -55,6 +55,7 @@ impl LaneWiring {
                 ran: false,
                 not_finite: false,
                 tapped: false,
+                adapter: None,
                 ins: extend(&mut ins, &b.ins),
                 converts: extend(&mut converts, &b.converts),
                 reals: extend(&mut reals, &b.reals),

@@ -7,7 +7,7 @@
 //!
 //! Everything it needs comes with it and goes back with it: nothing is made or freed in the lane.
 
-use super::{BlockState, Lane, Report};
+use super::{Adapter, BlockState, Lane, Report};
 use latchwork_block::Instance;
 use latchwork_block::upgrade::Transfer;
 use latchwork_record::Text;
@@ -32,6 +32,8 @@ pub struct Standing {
     pub instance: Option<Instance>,
     /// Number of the version.
     pub version: u64,
+    /// What it needs when it has another interface than the lane was laid out for.
+    pub adapter: Option<Box<Adapter>>,
     pub(super) last: u64,
     pub(super) first: bool,
     pub(super) ran: bool,
@@ -43,10 +45,11 @@ pub struct Standing {
 
 impl Standing {
     /// A version that has not executed in this lane.
-    pub fn new(instance: Instance, version: u64) -> Self {
+    pub fn new(instance: Instance, version: u64, adapter: Option<Box<Adapter>>) -> Self {
         Self {
             instance: Some(instance),
             version,
+            adapter,
             last: 0,
             first: true,
             ran: false,
@@ -247,6 +250,7 @@ impl Lane {
         let (block, other) = (&mut self.parts.blocks[index as usize], &mut part.other);
         let rest = &mut *block.rest;
         std::mem::swap(&mut block.instance, &mut other.instance);
+        std::mem::swap(&mut block.adapter, &mut other.adapter);
         std::mem::swap(&mut rest.version, &mut other.version);
         std::mem::swap(&mut block.last, &mut other.last);
         std::mem::swap(&mut block.first, &mut other.first);

@@ -5,6 +5,7 @@
 //! one that wakes that lane), and logs nothing. Time comes in as an argument, so the same code runs on a real-time thread
 //! and at virtual time. An interrupt lane is a lane with an [`Interrupt`]: see there.
 
+mod adapter;
 mod alarm;
 mod block;
 mod condition;
@@ -21,6 +22,7 @@ mod status;
 mod tap;
 mod trace;
 
+pub use adapter::Adapter;
 pub use block::{Block, BlockState, Rest};
 pub use condition::Condition;
 pub use exchange::{Carry, End, Exchange, Exchanged, Exchanging, Saved, Standing};

@@ -22,7 +22,8 @@ impl Plant {
         for part in ready {
             let running = self.supervisor.recipes[part.block].template.class();
             saved.push(Saved { cells: vec![0; running.retained.len()].into(), there: false });
-            let standing = Standing::new(part.instance, part.recipe.version);
+            let adapter = self.adapter(part.block, part.recipe.template.class());
+            let standing = Standing::new(part.instance, part.recipe.version, adapter);
             parts.push(Exchanging::new(self.desk.places[part.block], standing, part.carry, part.state));
             coming.push(Coming { component: part.component, recipe: part.recipe, was: part.was });
         }
