@@ -6,6 +6,7 @@ use super::tap::Taps;
 use crate::layout::exponent;
 use latchwork_block::upgrade::Mapping;
 use latchwork_block::{Class, Fault, Instance, Scan};
+use std::ops::Range;
 
 /// Between a lane's cells and a version that was laid out otherwise; using it allocates nothing.
 pub struct Adapter {
@@ -15,6 +16,8 @@ pub struct Adapter {
     /// Arguments of the version, then its results.
     cells: Box<[u64]>,
     reals: Box<[(u32, u64)]>,
+    /// From the first to behind the last result in the lane.
+    results: Range<u32>,
 }
 
 impl Adapter {
@@ -41,12 +44,18 @@ impl Adapter {
             ins: (0..arguments as u32).collect(),
             cells: vec![0; arguments + executed.output_cells()].into(),
             reals: reals.into(),
+            results: outs.iter().min().map_or(0..0, |first| *first..outs.iter().max().unwrap_or(first) + 1),
         }
     }
 
     /// Plain real outputs of the version in the lane's cells, with their exponent masks.
     pub(super) fn reals(&self) -> &[(u32, u64)] {
         &self.reals
+    }
+
+    /// The lane's cells with its results, and perhaps with those of others between them.
+    pub(super) fn results(&self) -> Range<u32> {
+        self.results.clone()
     }
 
     /// Executes the version; after a fault no cell of the lane has changed. Taps hear what the version itself gets and gives.

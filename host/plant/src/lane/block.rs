@@ -126,6 +126,10 @@ impl Lane {
         }
         if parts.forces.any() {
             parts.forces.apply(&mut parts.cells, block.quality, block.out.end);
+            // Where the block has grown its results stand elsewhere, too. What another block has there is forced already.
+            if let Some(results) = block.adapter.as_ref().map(|a| a.results()) {
+                parts.forces.apply(&mut parts.cells, results.start, results.end);
+            }
         }
     }
 
