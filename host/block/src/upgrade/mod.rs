@@ -8,6 +8,9 @@ mod mapping;
 mod read_schema;
 mod transfer;
 
+#[cfg(test)]
+mod tests;
+
 pub use difference::{Change, Difference, Part, PortChange};
 pub use mapping::Mapping;
 pub use read_schema::read_schema;

@@ -16,14 +16,23 @@ impl Plant {
     pub(super) fn exchange(&mut self, swap: &mut Swap, ready: Vec<Ready>) -> Result<(), String> {
         let every = self.model.lanes[swap.lane].every;
         // Lanes with edges execute when they execute; at virtual time an execution takes none.
-        let timed = swap.probation > 0 && every > 0 && self.time == Time::Real;
+        let known = ready.iter().all(|r| r.baseline > 0);
+        let timed = swap.probation > 0 && !known && every > 0 && self.time == Time::Real;
         let measure = if timed { (MEASURE_TIME / every).clamp(1, MEASURE) } else { 0 };
+        self.has_room(&ready)?;
+        if self.supervisor.lanes[swap.lane].requests.slots() == 0 {
+            return Err("its lane has not taken earlier requests; does it run?".into());
+        }
         let (mut parts, mut saved, mut coming) = (Vec::new(), Vec::new(), Vec::new());
         for part in ready {
+            let growth = self.grow(part.block, &part.recipe)?;
             let running = self.supervisor.recipes[part.block].template.class();
             saved.push(Saved { cells: vec![0; running.retained.len()].into(), there: false });
-            let standing = Standing::new(part.instance, part.recipe.version);
-            parts.push(Exchanging::new(self.desk.places[part.block], standing, part.carry, part.state));
+            let adapter = self.adapter(part.block, part.recipe.template.class());
+            let standing = Standing::new(part.instance, part.recipe.version, adapter);
+            let mut exchanging = Exchanging::new(self.desk.places[part.block], standing, part.carry, part.state);
+            (exchanging.growth, exchanging.baseline) = (growth, part.baseline);
+            parts.push(exchanging);
             coming.push(Coming { component: part.component, recipe: part.recipe, was: part.was });
         }
         let told = Exchanged { number: swap.status.number, at: 0, took: 0, saved: saved.into() };
@@ -68,6 +77,7 @@ impl Plant {
             let now_runs = history.current.component.clone();
             history.push(Earlier { release, recipe, state, instance: None });
             self.retain_version(*block, &now_runs, now);
+            self.show_ports(*block);
             self.show_settings(*block, now);
         }
         let transition = if swap.back { "rolled-back" } else { "exchanged" };
@@ -136,6 +146,7 @@ impl Plant {
                 history.push(Earlier { release, recipe, state, instance: part.other.instance });
             }
             self.retain_version(*block, &runs_again, now);
+            self.show_ports(*block);
             self.show_settings(*block, now);
         }
     }
