@@ -40,7 +40,17 @@ fn latchwork(folder: &Path) -> Command {
 /// A run at virtual time to its end; the first value of a tag, and the summary.
 fn run(folder: &Path, duration: &str) -> (String, serde_json::Value) {
     let output = latchwork(folder)
-        .args(["--speed", "max", "--for", duration, "--json", "--trace", "trace.csv", "--trace-tags", "a.outputs.count"])
+        .args([
+            "--speed",
+            "max",
+            "--for",
+            duration,
+            "--json",
+            "--trace",
+            "trace.csv",
+            "--trace-tags",
+            "a.outputs.count",
+        ])
         .output()
         .expect("it starts");
     assert!(output.status.success(), "{}", errors(&output));
@@ -66,7 +76,8 @@ fn a_counter_outlives_the_process_and_the_summary_says_what_was_written() {
     assert_eq!((&retained["blocks"], &retained["every-ns"]), (&2.into(), &1_000_000_000u64.into()));
     assert_eq!(retained["rounds"], 5);
     // At virtual time rounds may come faster than the disk takes them: then the newer one counts.
-    let (writes, bytes) = (retained["writes"].as_u64().expect("a number"), retained["bytes"].as_u64().expect("a number"));
+    let (writes, bytes) =
+        (retained["writes"].as_u64().expect("a number"), retained["bytes"].as_u64().expect("a number"));
     assert!((1..=6).contains(&writes) && bytes == writes * 4096, "{retained}");
     let (first, _) = run(folder.path(), "1s");
     assert_eq!(first, "5501");

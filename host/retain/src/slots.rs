@@ -1,7 +1,7 @@
 //! The two files: which one is newer, which one is written next.
 
-use crate::slot::{Damage, LONGEST, decode, encode};
 use crate::Retained;
+use crate::slot::{Damage, LONGEST, decode, encode};
 use std::fs::{File, OpenOptions};
 use std::io::{self, Read};
 use std::os::unix::fs::FileExt;

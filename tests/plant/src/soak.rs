@@ -103,12 +103,7 @@ pub fn counter(fields: usize, salt: u64, trap: u64) -> Vec<u8> {
     for n in 0..all {
         // Writing to a String never fails.
         let _ = match all > 16 {
-            true => writeln!(
-                restore,
-                "(i64.store (i32.const {}) (i64.load offset={} (local.get 0)))",
-                cell(n),
-                8 * n
-            ),
+            true => writeln!(restore, "(i64.store (i32.const {}) (i64.load offset={} (local.get 0)))", cell(n), 8 * n),
             false => writeln!(restore, "(i64.store (i32.const {}) (local.get {n}))", cell(n)),
         };
     }
@@ -119,7 +114,10 @@ pub fn counter(fields: usize, salt: u64, trap: u64) -> Vec<u8> {
         let body: String = (0..20u64)
             .map(|k| {
                 let constant = (salt ^ (n * 31 + k).wrapping_mul(0x9e37_79b9_7f4a_7c15)).cast_signed();
-                format!("(local.set 0 (i64.rotl (i64.xor (local.get 0) (i64.const {constant})) (i64.const {})))\n", k + 1)
+                format!(
+                    "(local.set 0 (i64.rotl (i64.xor (local.get 0) (i64.const {constant})) (i64.const {})))\n",
+                    k + 1
+                )
             })
             .collect();
         let _ = writeln!(bulk, "(func $bulk{n} (param i64) (result i64) {body} (local.get 0))");
@@ -166,11 +164,15 @@ impl Soak {
     /// # Panics
     /// If the plant cannot be made, or gives no answer for a minute.
     pub fn run(&self) -> Told {
-        let mut text = format!("[retain]\nevery = \"{}ms\"\n[lane.main]\nevery = \"{}ns\"\n", self.retain_ms, self.every);
+        let mut text =
+            format!("[retain]\nevery = \"{}ms\"\n[lane.main]\nevery = \"{}ns\"\n", self.retain_ms, self.every);
         // What the lane may take on a machine that does other work, too.
         text += "watchdog = \"20s\"\n";
         for n in 0..self.blocks {
-            let _ = writeln!(text, "[block.c{n}]\ncomponent = \"first.wasm\"\nlane = \"main\"\nbudget = \"1s\"\nretain = true");
+            let _ = writeln!(
+                text,
+                "[block.c{n}]\ncomponent = \"first.wasm\"\nlane = \"main\"\nbudget = \"1s\"\nretain = true"
+            );
         }
         // No cache: every version is compiled.
         let engine = Engine::new(EngineOptions { cache: None, ..EngineOptions::default() }).expect("an engine");
@@ -220,7 +222,8 @@ impl Soak {
                 }
                 _ => {
                     // One, two or three at once, of another one of the good blocks each.
-                    let parts = (0..1 + at % 3).map(|k| (format!("c{}", (at * 7 + k * 13) % (good / STEP) * STEP), counter(0, salt, 0)));
+                    let parts = (0..1 + at % 3)
+                        .map(|k| (format!("c{}", (at * 7 + k * 13) % (good / STEP) * STEP), counter(0, salt, 0)));
                     let mut parts: Vec<_> = parts.collect();
                     parts.dedup_by(|a, b| a.0 == b.0);
                     self.one(console, shared, parts, false);
@@ -397,7 +400,13 @@ impl Told {
                 wrong.push(format!("swap {} ended {:?}: {}", status.number, status.stage, status.message));
             }
             let told = |r: &&Record| r.kind == Kind::Swap && r.source == status.blocks[0].block;
-            if !status.blocks.is_empty() && !self.records.iter().filter(told).any(|r| r.transition == "exchanged" || r.transition == "rolled-back") {
+            if !status.blocks.is_empty()
+                && !self
+                    .records
+                    .iter()
+                    .filter(told)
+                    .any(|r| r.transition == "exchanged" || r.transition == "rolled-back")
+            {
                 wrong.push(format!("swap {} has left no record", status.number));
             }
         }

@@ -51,7 +51,9 @@ impl Retention {
         let names: Vec<_> = names(plant).map(|name| format!("`{name}`")).collect();
         if !names.is_empty() {
             let names = names.join(", ");
-            eprintln!("note: the state of {names} does not outlive this run: there is no folder for it\n  help: add --data FOLDER");
+            eprintln!(
+                "note: the state of {names} does not outlive this run: there is no folder for it\n  help: add --data FOLDER"
+            );
         }
     }
 

@@ -11,6 +11,8 @@ impl Plant {
     /// Saves all that is retained of lanes that have stopped, at plant time `now`, ns. It ends the keeping. A block that is
     /// out of order, or whose lane is gone, leaves the state that was saved last.
     pub(crate) fn retain_last(&mut self, lanes: &mut [Lane], now: u64) {
+        // A swap may have come just before the end: what is saved must bear the name of the version that saves it.
+        self.lane_reports(now);
         let epoch = self.router.epoch();
         let Some(mut keeping) = self.keeper.keeping.take() else { return };
         let mut drafts = Vec::new();
@@ -19,6 +21,7 @@ impl Plant {
             let of = self.model.blocks[member.block].lane;
             let lane = lanes.iter_mut().find(|l| l.index() == of && l.state() != LaneState::Starting);
             let block = lane.and_then(|l| l.blocks_mut().get_mut(member.place as usize));
+            let block = block.filter(|b| b.rest.version == member.number);
             let Some(instance) = block.and_then(|b| b.instance.as_mut()) else { continue };
             let mut cells = vec![0; instance.class().retained.len()];
             if cells.is_empty() || cells.len() != member.fields {

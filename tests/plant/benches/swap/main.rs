@@ -117,8 +117,13 @@ fn swaps(soak: &Soak, told: &Told) -> String {
     let _ = writeln!(page, "| exchange in the lane, µs | {} |", exchange.row(US));
     let _ = writeln!(page, "| load, check, compile and instantiate beside it, ms | {} |", prepare.row(MS));
     let _ = writeln!(page, "| rollback by hand: exchange in the lane, µs | {} |", back.row(US));
-    let _ = writeln!(page, "| rollback by hand: from the order to its end, ms | {} |", Spread::new(of(false, true).map(|d| d.took)).row(MS));
-    let _ = writeln!(page, "| start of a scan after the earliest of its thousand, without swaps, µs | {} |", quiet.row(US));
+    let _ = writeln!(
+        page,
+        "| rollback by hand: from the order to its end, ms | {} |",
+        Spread::new(of(false, true).map(|d| d.took)).row(MS)
+    );
+    let _ =
+        writeln!(page, "| start of a scan after the earliest of its thousand, without swaps, µs | {} |", quiet.row(US));
     let _ = writeln!(page, "| the same with swaps, µs | {} |", swapping.row(US));
     let ratio = swapping.p99 as f64 / quiet.p99.max(1) as f64;
     let _ = writeln!(page, "\np99 with swaps over p99 without: {ratio:.2} (target 1.2).\n");
@@ -128,18 +133,24 @@ fn swaps(soak: &Soak, told: &Told) -> String {
         .filter_map(|n| if n == u64::MAX { told.memory.last() } else { memory(n) })
         .map(|(n, bytes)| format!("{:.1} MB after {n}", *bytes as f64 / 1e6))
         .collect();
-    let _ = writeln!(page, "Resident memory, with all records and values that the bench itself keeps: {} swaps.\n", rows.join(", "));
+    let _ = writeln!(
+        page,
+        "Resident memory, with all records and values that the bench itself keeps: {} swaps.\n",
+        rows.join(", ")
+    );
     page
 }
 
 /// Cost of saving and restoring, over the size of the state.
 fn states() -> String {
-    let mut page = String::from("| fields of the state | save: p50, µs | p99 | restore: p50 | p99 |\n|---|---|---|---|---|\n");
+    let mut page =
+        String::from("| fields of the state | save: p50, µs | p99 | restore: p50 | p99 |\n|---|---|---|---|---|\n");
     let engine = Engine::new(EngineOptions { cache: None, ..EngineOptions::default() }).expect("an engine");
     for fields in [10usize, 100, 1000] {
         let component = engine.load_bytes("state", &counter(fields - 2, 7, 0)).expect("a component");
         let template = component.template(&component.class(None).expect("a class")).expect("a template");
-        let mut instance = template.instantiate(&Limits { budget_ticks: 1_000_000, ..Limits::default() }).expect("an instance");
+        let mut instance =
+            template.instantiate(&Limits { budget_ticks: 1_000_000, ..Limits::default() }).expect("an instance");
         assert_eq!(instance.path(), CallPath::Plain);
         let mut cells = vec![0; fields];
         let mut time = |call: &mut dyn FnMut(&mut latchwork_block::Instance, &mut [u64])| {

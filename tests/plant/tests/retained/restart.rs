@@ -48,7 +48,13 @@ fn another_version_of_the_class_takes_what_it_knows() {
     for (class, schema, cells, expected, changes) in [
         (CLASS, SCHEMA, &[7u64, 1][..], "8", ""),
         // Narrower before, another order, a field more.
-        ("workshop:store/keeper@0.0.9", "gone:bool,spent:u64,count:u16", &[1, 0, 300], "301", "count was u16 and is u64, gone (bool) is gone"),
+        (
+            "workshop:store/keeper@0.0.9",
+            "gone:bool,spent:u64,count:u16",
+            &[1, 0, 300],
+            "301",
+            "count was u16 and is u64, gone (bool) is gone",
+        ),
         // A field less: it is as it was when the block was made.
         (CLASS, "count:u64", &[9], "10", "spent (u64) is new"),
         (CLASS, "count:duration,spent:u64", &[5, 5], "6", "count was duration and is u64"),
@@ -71,9 +77,24 @@ fn another_version_of_the_class_takes_what_it_knows() {
 #[test]
 fn what_does_not_fit_is_a_record_and_a_cold_start_of_that_block_alone() {
     for (class, schema, cells, why) in [
-        ("workshop:store/other@0.1.0", SCHEMA, &[7u64, 1][..], "its state is of class `workshop:store/other@0.1.0`, and it is of class"),
-        (CLASS, "count:s64,spent:u64", &[u64::MAX, 1], "its state would lose something: count was s64 and is u64, which holds less"),
-        (CLASS, "count:f64,spent:u64", &[1.5f64.to_bits(), 1], "its state would lose something: count was f64 and is u64"),
+        (
+            "workshop:store/other@0.1.0",
+            SCHEMA,
+            &[7u64, 1][..],
+            "its state is of class `workshop:store/other@0.1.0`, and it is of class",
+        ),
+        (
+            CLASS,
+            "count:s64,spent:u64",
+            &[u64::MAX, 1],
+            "its state would lose something: count was s64 and is u64, which holds less",
+        ),
+        (
+            CLASS,
+            "count:f64,spent:u64",
+            &[1.5f64.to_bits(), 1],
+            "its state would lose something: count was f64 and is u64",
+        ),
         (CLASS, "other:u64", &[7], "none of the fields of its state is there any more"),
         (CLASS, "count:u99,spent:u64", &[7, 1], "its state does not have the fields that it should have"),
         (CLASS, SCHEMA, &[7], "its state does not have the fields that it should have"),

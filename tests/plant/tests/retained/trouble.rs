@@ -23,7 +23,11 @@ fn a_fault_in_save_makes_outputs_safe_before_the_next_scan() {
     let ran = Rig::new(&text).stimulus("1500ms,field.trap,true\n").run_for(2500 * MS);
     assert_eq!(ran.outcome.lanes[0].state, LaneState::Faulted);
     assert_eq!(ran.outcome.lanes[0].statistics.scans, 201, "no scan after the save at 2 s");
-    assert_eq!([count(&ran.left().retained, "a"), count(&ran.left().retained, "b")], [101, 201], "b is saved at the end");
+    assert_eq!(
+        [count(&ran.left().retained, "a"), count(&ran.left().retained, "b")],
+        [101, 201],
+        "b is saved at the end"
+    );
 }
 
 #[test]
