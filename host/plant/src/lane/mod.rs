@@ -26,7 +26,7 @@ mod trace;
 pub use adapter::Adapter;
 pub use block::{Block, BlockState, Rest};
 pub use condition::Condition;
-pub use exchange::{Carry, End, Exchange, Exchanged, Exchanging, Saved, Standing};
+pub use exchange::{Carry, End, Exchange, Exchanged, Exchanging, Handed, Standing};
 pub use fault::{BACK_OFF, STRIKES};
 pub use follow::{EdgeKind, Event, Feed, Follower, Sender, Simulated, Wake};
 pub use grow::Growth;
