@@ -74,7 +74,9 @@ impl Plant {
                 history.take(was);
             }
             let release = std::mem::replace(&mut history.current, release);
+            let now_runs = history.current.component.clone();
             history.push(Earlier { release, recipe, state, instance: None });
+            self.retain_version(*block, &now_runs, now);
             self.show_ports(*block);
             self.show_settings(*block, now);
         }
@@ -138,11 +140,13 @@ impl Plant {
             before.release.since = self.router.epoch().saturating_add(ended);
             let release = std::mem::replace(&mut history.current, before.release);
             let recipe = std::mem::replace(&mut self.supervisor.recipes[*block], before.recipe);
+            let runs_again = history.current.component.clone();
             // A version that has failed is nothing to go back to.
             if wanted {
                 let state = part.state_there.then_some(part.state);
                 history.push(Earlier { release, recipe, state, instance: part.other.instance });
             }
+            self.retain_version(*block, &runs_again, now);
             self.show_ports(*block);
             self.show_settings(*block, ended);
         }
