@@ -211,7 +211,9 @@ fn an_exchange_its_probation_and_its_end_allocate_nothing_in_the_lane() {
         "[lane.main]\nevery = \"10ms\"\n[block.count]\ncomponent = \"v1.wasm\"\nlane = \"main\"\n\
          [block.other]\ncomponent = \"v1.wasm\"\nlane = \"main\"\n",
     );
-    let mut plant = rig.with("v1", &v1.component()).with("v2", &v2.component()).plant(Time::Virtual);
+    // Its folder stays while orders read from it.
+    let rig = rig.with("v1", &v1.component()).with("v2", &v2.component());
+    let mut plant = rig.plant(Time::Virtual);
     let mut now = 0;
     let mut act = |plant: &mut latchwork_plant::assemble::Plant, row: &str, scans: u64| {
         if !row.is_empty() {
@@ -234,7 +236,11 @@ fn an_exchange_its_probation_and_its_end_allocate_nothing_in_the_lane() {
     };
     assert_eq!(act(&mut plant, "", 100).1, [0, 0]);
     assert_eq!(act(&mut plant, "swap.count,v2.wasm other v2.wasm probation=50", 100), (0, vec![1, 2]), "to its end");
-    assert_eq!(act(&mut plant, "swap.count,v1.wasm other v1.wasm probation=50", 20), (0, vec![3, 4]), "on probation");
+    assert_eq!(
+        act(&mut plant, "swap.count,v1.wasm other v1.wasm probation=50 allow-lossy", 20),
+        (0, vec![3, 4]),
+        "on probation"
+    );
     assert_eq!(act(&mut plant, "rollback.count,1", 20), (0, vec![1, 2]), "taken back");
     assert_eq!(act(&mut plant, "rollback.count,2", 20), (0, vec![5, 2]), "an earlier version");
     assert_eq!(act(&mut plant, "", 1000), (0, vec![5, 2]), "steady again");

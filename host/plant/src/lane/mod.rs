@@ -27,7 +27,7 @@ mod trace;
 pub use adapter::Adapter;
 pub use block::{Block, BlockState, Rest};
 pub use condition::Condition;
-pub use exchange::{Carry, End, Exchange, Exchanged, Exchanging, Saved, Standing};
+pub use exchange::{Carry, End, Exchange, Exchanged, Exchanging, Handed, Standing};
 pub use fault::{BACK_OFF, STRIKES};
 pub use follow::{EdgeKind, Event, Feed, Follower, Sender, Simulated, Wake};
 pub use grow::Growth;
@@ -163,6 +163,7 @@ pub struct Lane {
     /// A block whose state is wanted.
     saving: Option<save::Waiting>,
     /// Exchanges that are timed, and those whose old versions wait.
+    #[expect(clippy::vec_box, reason = "each goes back in the box that it came in: nothing is allocated here")]
     trials: Vec<Box<Exchange>>,
     /// Their blocks, in order.
     timed: Vec<u32>,
