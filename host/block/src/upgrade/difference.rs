@@ -1,10 +1,10 @@
 //! What differs between two versions of a class.
 
 use crate::Class;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 /// A part of a class.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Part {
     /// Input ports.
@@ -22,7 +22,7 @@ pub enum Part {
 }
 
 /// What happens to one port, command or alarm.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case", tag = "change")]
 pub enum Change {
     /// The new version has it, the old one had not.
@@ -47,7 +47,7 @@ pub enum Change {
 }
 
 /// One difference.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct PortChange {
     /// Where.
     pub part: Part,
@@ -59,7 +59,7 @@ pub struct PortChange {
 }
 
 /// Everything that differs; the order of ports does not count.
-#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize)]
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Difference {
     /// Added, gone and changed ports, in the order of the parts and of the classes.
     pub ports: Vec<PortChange>,

@@ -1,10 +1,10 @@
 //! How cells of one version of a record become those of another: by name and type.
 
 use crate::Port;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 /// What becomes of a field.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case", tag = "fate")]
 pub enum Fate {
     /// It keeps its value.
@@ -32,7 +32,7 @@ pub enum Fate {
 }
 
 /// One field and what becomes of it.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Field {
     /// Path.
     pub name: String,

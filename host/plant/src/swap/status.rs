@@ -1,10 +1,10 @@
 //! What is told about a swap; as JSON it is what the API and `--json` give.
 
 use latchwork_block::upgrade::{Field, PortChange};
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 /// How far a swap is.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Stage {
     /// Loaded, checked, compiled, instantiated, configured, off the lanes.
@@ -35,7 +35,7 @@ impl Stage {
 }
 
 /// A swap and how far it is.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub struct SwapStatus {
     /// Its number since the plant's start, from 1.
@@ -65,7 +65,7 @@ pub struct SwapStatus {
 }
 
 /// A version of a block.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub struct Version {
     /// Component, its file's name without `.wasm`.
@@ -83,7 +83,7 @@ pub struct Version {
 }
 
 /// What a swap would change in one block.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub struct BlockPlan {
     /// Block.
@@ -105,7 +105,7 @@ pub struct BlockPlan {
 }
 
 /// What the shadow of one block has seen.
-#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub struct ShadowReport {
     /// Block.
@@ -131,7 +131,7 @@ pub struct ShadowReport {
 }
 
 /// An output or alarm that was different.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub struct Deviation {
     /// `outputs.PORT` or `alarms.NAME`.
@@ -153,7 +153,7 @@ pub struct Deviation {
 }
 
 /// A fault and what led to it.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub struct FailedRun {
     /// Kind: `trap`, `budget`, …
