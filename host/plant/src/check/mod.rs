@@ -21,6 +21,8 @@ mod tags;
 mod values;
 mod wires;
 
+pub(crate) use components::folders;
+
 use crate::diagnostic;
 use crate::file;
 use crate::model::Model;
@@ -72,7 +74,7 @@ pub fn check_file(path: &Path, engine: &Engine, options: CheckOptions) -> Checke
 /// More than any plant file has; what is longer is something else, perhaps without an end.
 const LONGEST: u64 = 16 << 20;
 
-fn read(path: &Path) -> Result<String, String> {
+pub(crate) fn read(path: &Path) -> Result<String, String> {
     if path.is_dir() {
         return Err("this is a folder; expected a plant file, a TOML text".into());
     }
@@ -97,8 +99,7 @@ pub fn check_text(path: &Path, text: String, engine: &Engine, options: CheckOpti
     // What a broken text means is guesswork; its own errors are enough.
     if checker.findings.is_empty() {
         let file = file::read(&mut checker, root.get_ref(), &text);
-        let folder = path.parent().unwrap_or(Path::new(""));
-        model = Some(build(&mut checker, &file, engine, folder, options));
+        model = Some(build(&mut checker, &file, engine, path, options));
     }
     let mut findings = checker.findings;
     findings.sort_by_key(|f| f.span.as_ref().map_or(0, |s| s.start));
@@ -116,13 +117,8 @@ struct Draft<'a> {
     class: Option<(latchwork_block::Component, std::sync::Arc<latchwork_block::Class>)>,
 }
 
-fn build(
-    checker: &mut Checker,
-    file: &file::PlantFile,
-    engine: &Engine,
-    folder: &Path,
-    options: CheckOptions,
-) -> Model {
+fn build(checker: &mut Checker, file: &file::PlantFile, engine: &Engine, path: &Path, options: CheckOptions) -> Model {
+    let folder = path.parent().unwrap_or(Path::new(""));
     let mut lanes = lanes::lanes(checker, file);
     unique_names(checker, file);
     // Without --sim the blocks of [sim] are checked for their keys alone.
@@ -148,6 +144,7 @@ fn build(
     let (alarm_rules, variables) = alarms::rules(checker, file, &tags);
     let mut model = Model {
         name: file.plant.text("name").unwrap_or_default().to_owned(),
+        file: path.to_owned(),
         lanes: lanes.into_iter().map(|l| l.lane).collect(),
         drivers: drivers.into_iter().filter_map(|d| d.driver).collect(),
         blocks: blocks.into_iter().flatten().collect(),

@@ -7,6 +7,7 @@
 //! ```
 
 mod order;
+pub mod save;
 mod status;
 
 pub use order::{Part, SwapOrder, Tolerance};

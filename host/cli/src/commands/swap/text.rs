@@ -167,16 +167,11 @@ pub(super) fn shadow(report: &ShadowReport) -> String {
 }
 
 fn deviation(d: &Deviation) -> String {
-    let worst = if d.worst > 0.0 { format!("by {}, ", d.worst) } else { String::new() };
+    // Only numbers have a worst one.
+    let worst =
+        if d.worst > 0.0 { format!("; worst by {}, at {}", d.worst, moment(d.worst_at)) } else { String::new() };
     let times = if d.count == 1 { "once".into() } else { format!("{} times", d.count) };
-    let line = format!(
-        "  {}: {times}, first at {}; worst {worst}at {}: {} → {}",
-        d.port,
-        moment(d.first),
-        moment(d.worst_at),
-        d.running,
-        d.candidate
-    );
+    let line = format!("  {}: {times}, first at {}{worst}: {} → {}", d.port, moment(d.first), d.running, d.candidate);
     format!("{}\n{}", plain(&line), with(&d.inputs))
 }
 
