@@ -54,6 +54,7 @@ impl LaneWiring {
                 first: true,
                 ran: false,
                 not_finite: false,
+                tapped: false,
                 ins: extend(&mut ins, &b.ins),
                 converts: extend(&mut converts, &b.converts),
                 reals: extend(&mut reals, &b.reals),
@@ -63,6 +64,7 @@ impl LaneWiring {
                 status: b.status.first().map(|(_, cell)| (*cell, 0)),
                 rest: Box::new(Rest {
                     model: b.block,
+                    version: 0,
                     source,
                     alarm_sources,
                     commands: b.commands,
@@ -79,6 +81,7 @@ impl LaneWiring {
                     ready: None,
                     messages: Default::default(),
                     not_finite: 0,
+                    taps: Default::default(),
                 }),
             });
         }
