@@ -19,6 +19,7 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 /// A plant, checked.
+#[derive(Clone)]
 pub struct Model {
     /// `[plant] name`.
     pub name: String,
@@ -107,6 +108,7 @@ pub struct Served {
 }
 
 /// One driver.
+#[derive(Clone)]
 pub struct Driver {
     /// Its kind in the file, also when the plant runs with `--sim`.
     pub kind: &'static DriverKind,
@@ -118,6 +120,7 @@ pub struct Driver {
 }
 
 /// One block.
+#[derive(Clone)]
 pub struct Block {
     /// Name, may have dots.
     pub name: String,

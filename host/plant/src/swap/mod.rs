@@ -10,6 +10,7 @@ mod broken;
 mod exchange;
 mod manage;
 mod order;
+mod ports;
 mod prepare;
 mod rollback;
 pub mod save;
