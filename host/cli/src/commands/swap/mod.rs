@@ -33,7 +33,7 @@ pub(super) fn swap(args: &Swap) -> Result<Exit> {
         let plan = start(&client, &order.body(args, true))?;
         match follow(&client, plan, false, false)? {
             End::Over(status) if status.stage == Stage::Planned => told = true,
-            End::Over(status) => return Ok(outcome(&status)),
+            End::Over(status) => return Ok(outcome(&status, false)),
             End::Left(number) => return Ok(left(number)),
         }
         let names = order.names();
@@ -43,7 +43,7 @@ pub(super) fn swap(args: &Swap) -> Result<Exit> {
         }
     }
     let status = start(&client, &order.body(args, args.dry_run))?;
-    end(follow(&client, status, told, reach.json)?, reach.json)
+    end(follow(&client, status, told, reach.json)?, reach.json, args.save)
 }
 
 /// A swap under way.
@@ -65,7 +65,7 @@ pub(super) fn rollback(args: &Rollback) -> Result<Exit> {
     let path = format!("/v1/blocks/{}/rollback", path_part(&args.block));
     let answer: Value = client.post(&path, &with_reason(json!({ "steps": args.steps }), &args.change))?;
     match serde_json::from_value::<SwapStatus>(answer.clone()) {
-        Ok(status) => end(follow(&client, status, false, reach.json)?, reach.json),
+        Ok(status) => end(follow(&client, status, false, reach.json)?, reach.json, false),
         Err(_) => say_done(reach, answer).map(|()| Exit::Fine),
     }
 }
@@ -80,7 +80,7 @@ pub(super) fn swaps(args: &Swaps) -> Result<Exit> {
         }
         Some(number) => {
             let status = client.get(&format!("/v1/swaps/{number}"), &[])?;
-            end(follow(&client, status, false, args.reach.json)?, args.reach.json)
+            end(follow(&client, status, false, args.reach.json)?, args.reach.json, false)
         }
         None => {
             let answer: Value = client.get("/v1/swaps", &[])?;
@@ -116,25 +116,36 @@ fn list(swaps: &[SwapStatus]) -> String {
     lines(&table)
 }
 
-fn end(end: End, json: bool) -> Result<Exit> {
+fn end(end: End, json: bool, save: bool) -> Result<Exit> {
     match end {
         End::Over(status) if json => {
             say_json(&serde_json::to_value(&status)?)?;
-            Ok(exit(status.stage))
+            Ok(exit(&status, save))
         }
-        End::Over(status) => Ok(outcome(&status)),
+        End::Over(status) => Ok(outcome(&status, save)),
         End::Left(number) => Ok(left(number)),
     }
 }
 
-fn exit(stage: Stage) -> Exit {
-    if matches!(stage, Stage::Done | Stage::Planned) { Exit::Fine } else { Exit::Wanting }
+fn exit(status: &SwapStatus, save: bool) -> Exit {
+    let fine = match status.stage {
+        Stage::Done => status.saved || !save,
+        stage => stage == Stage::Planned,
+    };
+    if fine { Exit::Fine } else { Exit::Wanting }
 }
 
 /// Why it has not come to the end it was meant to.
-fn outcome(status: &SwapStatus) -> Exit {
-    let exit = exit(status.stage);
-    if exit != Exit::Fine {
+fn outcome(status: &SwapStatus, save: bool) -> Exit {
+    let exit = exit(status, save);
+    if status.stage == Stage::Done && !status.message.is_empty() {
+        let message = plain(&status.message);
+        if exit == Exit::Fine {
+            report::say(&format!("note: {message}\n"))
+        } else {
+            report::error(&anyhow!("{message}"))
+        }
+    } else if exit != Exit::Fine {
         let why = if status.message.is_empty() { String::new() } else { format!(": {}", plain(&status.message)) };
         report::error(&anyhow!("swap {} was {}{why}", status.number, text::stage(status.stage)));
     }
