@@ -226,6 +226,12 @@ pub(crate) static POLICY: Section = Section {
         Key::optional("shelve", WHOM, "[]", "Shelve alarms, take them out of service, and bring them back."),
         Key::optional("set", WHOM, "[]", "Change settings of blocks, and input points of `sim` drivers."),
         Key::optional("force", WHOM, "[]", "Force tags, and take forces away."),
+        Key::optional(
+            "swap",
+            WHOM,
+            "[]",
+            "Swap the components of blocks and sinks, save that in the plant file, and roll it back.",
+        ),
     ],
 };
 const WHOM: Kind = Kind::List(&Kind::Text);
