@@ -1,7 +1,7 @@
 //! Findings as a person reads them, with the line they are about, and as a script does.
 
-use annotate_snippets::{AnnotationKind, Level, Renderer, Snippet};
 use crate::{Finding, Severity};
+use annotate_snippets::{AnnotationKind, Level, Renderer, Snippet};
 use serde_json::{Value, json};
 use std::path::Path;
 
