@@ -185,7 +185,6 @@ fn a_fault_is_expected_by_its_kind_and_a_restart_after_it_is_cold() {
     all_pass(
         r#"
         component = "stress"
-        budget = "100ms"
         [[case]]
         name = "by command"
         step = [
@@ -196,7 +195,6 @@ fn a_fault_is_expected_by_its_kind_and_a_restart_after_it_is_cold() {
             { restart = true, commands = ["grow-memory"], expect = { fault = "memory" } },
             { restart = true, commands = ["recurse"], expect = { fault = "stack" } },
             { restart = true, commands = ["bad-enum"], expect = { fault = "result" } },
-            { restart = true, commands = ["endless-loop"], expect = { fault = "budget" } },
         ]
         [[case]]
         name = "in configure"
@@ -226,6 +224,19 @@ fn a_fault_is_expected_by_its_kind_and_a_restart_after_it_is_cold() {
     "#,
     );
     insta::assert_snapshot!("faults", told);
+}
+
+#[test]
+fn a_block_that_never_ends_is_stopped_by_its_budget() {
+    all_pass(
+        r#"
+        component = "stress"
+        budget = "100ms"
+        [[case]]
+        name = "c"
+        step = [{ commands = ["endless-loop"], expect = { fault = "budget" } }]
+    "#,
+    );
 }
 
 #[test]

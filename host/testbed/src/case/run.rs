@@ -110,7 +110,10 @@ impl<'a> Run<'a> {
         self.judge(&mut mismatches, &started, case.refused.as_deref(), case.fault.as_deref());
         let sound = mismatches.is_empty();
         if !sound {
-            self.fail("start", case.line, 0, mismatches);
+            // Nothing was executed that a timeline could show.
+            let timeline = Timeline::default();
+            let (step, line) = ("start".into(), case.line);
+            self.report.failures.push(Failure { step, line, at_ns: 0, mismatches, timeline });
         }
         sound && started.is_ok()
     }
@@ -301,7 +304,8 @@ impl<'a> Run<'a> {
             let names = &self.subject.class.alarms;
             let got = if names.is_empty() { 0 } else { results.last().copied().unwrap_or(0) };
             if got & spoken != on {
-                let (expected, got) = (names_of(names, on), names_of(names, got & spoken));
+                let named = |word| if word == 0 { "none".into() } else { names_of(names, word) };
+                let (expected, got) = (named(on), named(got & spoken));
                 mismatches.push(Mismatch { what: "alarms".into(), expected, got });
             }
         }
@@ -322,7 +326,6 @@ impl<'a> Run<'a> {
     }
 
     fn fail(&mut self, step: &str, line: usize, at: u64, mismatches: Vec<Mismatch>) {
-        self.close();
         if self.report.failures.len() == FAILURES {
             self.report.more_failures += 1;
             return;
@@ -332,9 +335,9 @@ impl<'a> Run<'a> {
         self.report.failures.push(Failure { step: step.into(), line, at_ns: at, mismatches, timeline });
     }
 
-    /// The failure before has all of its timeline.
+    /// What was found so far has all of its timelines.
     fn close(&mut self) {
-        if let Some((failure, timeline)) = self.history.close(&self.subject.class) {
+        for (failure, timeline) in self.history.close(&self.subject.class) {
             self.report.failures[failure].timeline = timeline;
         }
     }
