@@ -21,6 +21,8 @@ use std::sync::Arc;
 /// A plant, checked.
 #[derive(Clone)]
 pub struct Model {
+    /// The plant file.
+    pub file: PathBuf,
     /// `[plant] name`.
     pub name: String,
     /// Lanes in the order of the file.

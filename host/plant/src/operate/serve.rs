@@ -41,7 +41,7 @@ impl Plant {
     }
 
     /// Hears all wishes that wait and what the lanes said to earlier ones, at plant time `now`, ns.
-    pub(crate) fn serve(&mut self, now: u64) {
+    pub fn serve(&mut self, now: u64) {
         // Not all at once: whoever reads much must not keep the lanes' queues from being emptied.
         for _ in 0..WISHES {
             let Some(pending) = self.desk.wishes.as_ref().and_then(|w| w.next()) else { break };

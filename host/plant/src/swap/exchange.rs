@@ -16,7 +16,8 @@ impl Plant {
     pub(super) fn exchange(&mut self, swap: &mut Swap, ready: Vec<Ready>) -> Result<(), String> {
         let every = self.model.lanes[swap.lane].every;
         // Lanes with edges execute when they execute; at virtual time an execution takes none.
-        let timed = swap.probation > 0 && every > 0 && self.time == Time::Real;
+        let known = ready.iter().all(|r| r.baseline > 0);
+        let timed = swap.probation > 0 && !known && every > 0 && self.time == Time::Real;
         let measure = if timed { (MEASURE_TIME / every).clamp(1, MEASURE) } else { 0 };
         self.has_room(&ready)?;
         if self.supervisor.lanes[swap.lane].requests.slots() == 0 {
@@ -30,7 +31,7 @@ impl Plant {
             let adapter = self.adapter(part.block, part.recipe.template.class());
             let standing = Standing::new(part.instance, part.recipe.version, adapter);
             let mut exchanging = Exchanging::new(self.desk.places[part.block], standing, part.carry, part.state);
-            exchanging.growth = growth;
+            (exchanging.growth, exchanging.baseline) = (growth, part.baseline);
             parts.push(exchanging);
             coming.push(Coming { component: part.component, recipe: part.recipe, was: part.was });
         }

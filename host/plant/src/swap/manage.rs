@@ -2,7 +2,7 @@
 
 use super::prepare::{From, Job, JobPart};
 use super::versions::Release;
-use super::{Phase, Stage, Swap, SwapOrder, SwapStatus, Swaps, UNDER_WAY};
+use super::{Phase, Shadow, Stage, Swap, SwapOrder, SwapStatus, Swaps, UNDER_WAY};
 use crate::assemble::{Plant, Time};
 use crate::operate::{Answer, Operator, Refused};
 use std::sync::Arc;
@@ -23,9 +23,11 @@ impl Plant {
             let from = From::Bytes { file: part.file.clone(), bytes: Arc::clone(&part.bytes) };
             parts.push(self.job_part(*block, from, part.settings.clone()));
         }
-        let job = self.job(parts, order.allow_lossy);
+        let mut job = self.job(parts, order.allow_lossy);
+        job.shadow = order.shadow > 0 && !order.dry_run;
         let mut swap = self.begin_swap(operator, lane, blocks, now);
-        (swap.probation, swap.dry_run) = (order.probation, order.dry_run);
+        (swap.shadow, swap.probation, swap.dry_run) = (order.shadow, order.probation, order.dry_run);
+        (swap.tolerances, swap.lossy) = (order.tolerances.clone(), order.allow_lossy);
         let files: Vec<_> = order.parts.iter().map(|p| p.file.clone()).collect();
         if !order.dry_run {
             self.tell_asked(&swap, &files, now);
@@ -68,6 +70,7 @@ impl Plant {
             }
             blocks.push(block);
         }
+        super::shade::check(&order.tolerances)?;
         self.swappable(&blocks)?;
         Ok((self.model.blocks[blocks[0]].lane, blocks))
     }
@@ -100,7 +103,7 @@ impl Plant {
 
     pub(super) fn job(&self, parts: Vec<JobPart>, allow_lossy: bool) -> Job {
         let (engine, model) = (self.engine.clone(), Arc::clone(&self.model));
-        Job { engine, model, uses: self.uses(), allow_lossy, parts }
+        Job { engine, model, uses: self.uses(), allow_lossy, shadow: false, parts }
     }
 
     /// What a block runs, and since when.
@@ -137,6 +140,9 @@ impl Plant {
             asked: now,
             lane,
             blocks,
+            shadow: 0,
+            tolerances: Vec::new(),
+            lossy: false,
             probation: 0,
             dry_run: false,
             back: false,
@@ -168,8 +174,13 @@ impl Plant {
         let mut rows: Vec<_> = self.swaps.ended.iter().cloned().collect();
         rows.extend(self.swaps.under_way.iter().map(|swap| {
             let mut status = swap.status.clone();
-            if status.stage == Stage::Probation {
-                status.left = swap.left.load(Ordering::Relaxed);
+            match &swap.phase {
+                Phase::Probation => status.left = swap.left.load(Ordering::Relaxed),
+                Phase::Shadow(_, shadows) => {
+                    status.left = shadows.iter().map(Shadow::left).max().unwrap_or(0);
+                    status.shadow = shadows.iter().map(Shadow::report).collect();
+                }
+                _ => {}
             }
             status
         }));
@@ -201,7 +212,7 @@ impl Plant {
             });
         };
         match self.swaps.under_way[at].phase {
-            Phase::Preparing(_) | Phase::Waiting(_) | Phase::Ready(_) => {}
+            Phase::Preparing(_) | Phase::Waiting(_) | Phase::Ready(_) | Phase::Shadow(..) => {}
             Phase::Probation => {
                 let message = format!("swap {number} is {}; take it back with `rollback`", told(Stage::Probation));
                 return Err(Refused::new("state", message));
@@ -212,6 +223,10 @@ impl Plant {
         }
         let mut swap = self.swaps.under_way.remove(at);
         swap.operator = operator.clone();
+        if let Phase::Shadow(_, shadows) = &swap.phase {
+            swap.status.shadow = shadows.iter().map(Shadow::report).collect();
+            self.end_shadows(swap.lane, shadows);
+        }
         self.tell_swap(&swap, "cancelled", "called off before the exchange", now);
         self.swaps.end(swap, Stage::Cancelled, format!("called off by {}", operator.user));
         Ok(Answer::Done { done: vec![format!("swap {number} is called off")] })

@@ -14,6 +14,8 @@ mod ports;
 mod prepare;
 mod rollback;
 mod settings;
+mod shade;
+mod shadow;
 mod status;
 mod told;
 mod turn;
@@ -21,6 +23,7 @@ mod versions;
 mod workers;
 
 pub use order::{Part, SwapOrder, Tolerance};
+pub use shadow::{Candidate, Shadow, Verdict};
 pub use status::{BlockPlan, Deviation, FailedRun, ShadowReport, Stage, SwapStatus, Version};
 
 use crate::operate::Operator;
@@ -60,6 +63,10 @@ struct Swap {
     lane: usize,
     /// Blocks of the model, in the order of the parts.
     blocks: Vec<usize>,
+    /// Executions in the shadow first.
+    shadow: u64,
+    tolerances: Vec<Tolerance>,
+    lossy: bool,
     /// Executions of the probation.
     probation: u64,
     dry_run: bool,
@@ -76,8 +83,10 @@ enum Phase {
     Preparing(Receiver<Prepared>),
     /// The same at virtual time: it is done in the next turn.
     Waiting(Box<Job>),
-    /// Prepared; settings that are on their way to the block come first.
+    /// Prepared, and seen in the shadow if that was wanted; settings that are on their way to the block come first.
     Ready(Vec<Ready>),
+    /// The candidates run in the shadow of the running ones.
+    Shadow(Vec<Ready>, Vec<Shadow>),
     /// On its way to the lane.
     Exchanging(Vec<Coming>),
     /// The version before waits in the lane.

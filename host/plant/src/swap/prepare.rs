@@ -21,6 +21,8 @@ pub(super) struct Job {
     pub(super) model: Arc<Model>,
     pub(super) uses: Uses,
     pub(super) allow_lossy: bool,
+    /// Each block also gets a candidate for the shadow.
+    pub(super) shadow: bool,
     pub(super) parts: Vec<JobPart>,
 }
 
@@ -62,6 +64,10 @@ pub(super) struct Ready {
     pub(super) component: Component,
     pub(super) recipe: Recipe,
     pub(super) instance: Instance,
+    /// One that is used up in the shadow.
+    pub(super) candidate: Option<Instance>,
+    /// Longest execution of the one that goes, ns; 0: unknown.
+    pub(super) baseline: u64,
     pub(super) carry: Carry,
     /// What the retained fields start with, or the state that comes back.
     pub(super) state: Box<[u64]>,
@@ -80,8 +86,8 @@ impl Job {
     pub(super) fn run(self) -> Prepared {
         let (mut plans, mut ready, mut why) = (Vec::new(), Vec::new(), Vec::new());
         let several = self.parts.len() > 1;
-        let Self { engine, model, uses, allow_lossy, parts } = self;
-        let context = Context { engine: &engine, model: &model, uses: &uses, allow_lossy };
+        let Self { engine, model, uses, allow_lossy, shadow, parts } = self;
+        let context = Context { engine: &engine, model: &model, uses: &uses, allow_lossy, shadow };
         for part in parts {
             let name = model.blocks[part.block].name.clone();
             let mut plan = None;
@@ -108,7 +114,10 @@ impl Ready {
         self.settings.apply(settings, &mut self.recipe.settings);
         self.given.iter().for_each(|(port, cell)| self.recipe.settings[*port] = *cell);
         self.based = settings.to_vec();
-        configure(&mut self.instance, &self.recipe.settings)
+        for instance in self.candidate.iter_mut().chain([&mut self.instance]) {
+            configure(instance, &self.recipe.settings)?;
+        }
+        Ok(())
     }
 }
 
@@ -117,6 +126,7 @@ struct Context<'a> {
     model: &'a Model,
     uses: &'a Uses,
     allow_lossy: bool,
+    shadow: bool,
 }
 
 impl Context<'_> {
@@ -177,8 +187,24 @@ impl Context<'_> {
             plan.notes.push(format!("{which} retains nothing: the block starts cold"));
         }
         let carry = if warm { Carry::Transfer(Box::new(retained)) } else { Carry::Cold };
-        let based = part.recipe.settings.clone();
-        Ok(Ready { block: part.block, component, recipe, instance, carry, state, was: None, settings, given, based })
+        let mut candidate = None;
+        if self.shadow {
+            candidate = Some(recipe.make().map_err(told)?);
+        }
+        Ok(Ready {
+            block: part.block,
+            component,
+            recipe,
+            instance,
+            candidate,
+            baseline: 0,
+            carry,
+            state,
+            was: None,
+            settings,
+            given,
+            based: part.recipe.settings.clone(),
+        })
     }
 
     /// A version that executed before.
@@ -213,9 +239,20 @@ impl Context<'_> {
             "it goes on with the state that it had when it was replaced".to_owned()
         });
         let state = state.unwrap_or_else(|| vec![0; class.retained.len()].into());
-        let based = part.recipe.settings.clone();
-        let (block, component) = (part.block, release.component);
-        Ok(Ready { block, component, recipe, instance, carry, state, was, settings, given: BTreeMap::new(), based })
+        Ok(Ready {
+            block: part.block,
+            component: release.component,
+            recipe,
+            instance,
+            candidate: None,
+            baseline: 0,
+            carry,
+            state,
+            was,
+            settings,
+            given: BTreeMap::new(),
+            based: part.recipe.settings.clone(),
+        })
     }
 
     fn plan(

@@ -86,6 +86,7 @@ impl Plant {
         let state = match swap.map(|s| &s.phase) {
             Some(Phase::Probation) => "probation",
             Some(Phase::Exchanging(_) | Phase::TakingBack(_)) => "exchanging",
+            Some(Phase::Shadow(..)) => "shadow",
             Some(_) => "preparing",
             None => return,
         };

@@ -1,14 +1,14 @@
 //! What is under way goes on, a step per turn.
 
 use super::prepare::{Prepared, Ready};
-use super::{Phase, Stage, Swap};
+use super::{Phase, Shadow, Stage, Swap};
 use crate::assemble::Plant;
 use crate::lane::LaneState;
 use crate::layout::STATE;
 use std::sync::mpsc::TryRecvError;
 
 /// What a turn makes of a swap.
-enum Step {
+pub(super) enum Step {
     /// It goes on, or waits.
     On(Swap),
     /// It ends.
@@ -50,28 +50,29 @@ impl Plant {
                     return Step::End(swap, Stage::Refused, "it could not be prepared: the compiler has failed".into());
                 }
             },
-            Phase::Ready(ready) => return self.send_exchange(swap, ready),
+            Phase::Ready(ready) => return self.go_on(swap, ready, now),
+            Phase::Shadow(ready, shadows) => return self.shadow_step(swap, ready, shadows, now),
             phase => {
                 swap.phase = phase;
                 return Step::On(swap);
             }
         };
-        self.prepared(swap, prepared, took)
+        self.prepared(swap, prepared, took, now)
     }
 
-    fn prepared(&mut self, mut swap: Swap, prepared: Prepared, took: u64) -> Step {
+    fn prepared(&mut self, mut swap: Swap, prepared: Prepared, took: u64, now: u64) -> Step {
         swap.status.prepare_ns = took;
         swap.status.blocks = prepared.plans;
         let ready = prepared.ready.and_then(|ready| self.has_room(&ready).map(|()| ready));
         match ready {
             Err(why) => Step::End(swap, Stage::Refused, why),
             Ok(_) if swap.dry_run => Step::End(swap, Stage::Planned, String::new()),
-            Ok(ready) => self.send_exchange(swap, ready),
+            Ok(ready) => self.go_on(swap, ready, now),
         }
     }
 
-    /// Sends what is ready to its lane; settings that are on their way to a block come first.
-    fn send_exchange(&mut self, mut swap: Swap, mut ready: Vec<Ready>) -> Step {
+    /// To the shadow or to the lane; settings that are on their way to a block come first.
+    pub(super) fn go_on(&mut self, mut swap: Swap, mut ready: Vec<Ready>, now: u64) -> Step {
         if swap.blocks.iter().any(|b| self.settings_under_way(*b)) {
             swap.phase = Phase::Ready(ready);
             return Step::On(swap);
@@ -80,6 +81,9 @@ impl Plant {
             if let Err(why) = part.follow(&self.supervisor.recipes[part.block].settings) {
                 return Step::End(swap, Stage::Refused, why);
             }
+        }
+        if ready.iter().any(|r| r.candidate.is_some()) {
+            return self.start_shadows(swap, ready, now);
         }
         match self.exchange(&mut swap, ready) {
             Ok(()) => Step::On(swap),
@@ -104,7 +108,10 @@ impl Plant {
         self.lane_reports(now);
         let (ended, on) = std::mem::take(&mut self.swaps.under_way).into_iter().partition(|s| dead.contains(&s.lane));
         self.swaps.under_way = on;
-        for swap in ended {
+        for mut swap in ended {
+            if let Phase::Shadow(_, shadows) = &swap.phase {
+                swap.status.shadow = shadows.iter().map(Shadow::report).collect();
+            }
             let why = "its lane has ended";
             let stage = if matches!(swap.phase, Phase::Probation) { Stage::Done } else { Stage::Refused };
             if stage == Stage::Refused && !swap.dry_run {
