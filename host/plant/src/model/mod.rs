@@ -19,7 +19,10 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 /// A plant, checked.
+#[derive(Clone)]
 pub struct Model {
+    /// The plant file.
+    pub file: PathBuf,
     /// `[plant] name`.
     pub name: String,
     /// Lanes in the order of the file.
@@ -105,6 +108,7 @@ pub struct Served {
 }
 
 /// One driver.
+#[derive(Clone)]
 pub struct Driver {
     /// Its kind in the file, also when the plant runs with `--sim`.
     pub kind: &'static DriverKind,
@@ -116,6 +120,7 @@ pub struct Driver {
 }
 
 /// One block.
+#[derive(Clone)]
 pub struct Block {
     /// Name, may have dots.
     pub name: String,

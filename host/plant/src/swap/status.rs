@@ -1,6 +1,7 @@
 //! What is told about a swap; as JSON it is what the API and `--json` give.
 
 use latchwork_block::upgrade::{Field, PortChange};
+pub use latchwork_testbed::replay::{Deviation, FailedRun};
 use serde::Serialize;
 
 /// How far a swap is.
@@ -128,40 +129,4 @@ pub struct ShadowReport {
     pub candidate_mean_ns: u64,
     /// Longest of the candidate.
     pub candidate_max_ns: u64,
-}
-
-/// An output or alarm that was different.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-#[serde(rename_all = "kebab-case")]
-pub struct Deviation {
-    /// `outputs.PORT` or `alarms.NAME`.
-    pub port: String,
-    /// Executions with a difference beyond tolerance.
-    pub count: u64,
-    /// Plant time of the first, ns.
-    pub first: u64,
-    /// Largest deviation of a number; 0 for others.
-    pub worst: f64,
-    /// Plant time of the worst (of others: of the first), ns.
-    pub worst_at: u64,
-    /// What the running block gave then.
-    pub running: String,
-    /// What the candidate gave then.
-    pub candidate: String,
-    /// The inputs and commands that caused it: name and value.
-    pub inputs: Vec<(String, String)>,
-}
-
-/// A fault and what led to it.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-#[serde(rename_all = "kebab-case")]
-pub struct FailedRun {
-    /// Kind: `trap`, `budget`, …
-    pub kind: String,
-    /// What happened.
-    pub message: String,
-    /// Plant time, ns.
-    pub at: u64,
-    /// The inputs and commands: name and value.
-    pub inputs: Vec<(String, String)>,
 }
