@@ -4,6 +4,7 @@ mod alarms;
 mod change;
 mod read;
 mod records;
+mod swaps;
 mod watch;
 
 use crate::reply::Failure;
@@ -62,6 +63,11 @@ pub(crate) fn table() -> Vec<Route> {
         on_post("/v1/alarms/in-service", alarms::in_service),
         on_get("/v1/records", records::records),
         on_post("/v1/heartbeat", change::heartbeat),
+        on_get("/v1/swaps", swaps::list),
+        on_post("/v1/swaps", swaps::start),
+        on_get("/v1/swaps/{number}", swaps::one),
+        on_post("/v1/swaps/{number}/cancel", swaps::cancel),
+        on_post("/v1/blocks/{block}/rollback", swaps::rollback),
     ]
 }
 

@@ -21,10 +21,10 @@ use std::sync::Arc;
 /// A plant, checked.
 #[derive(Clone)]
 pub struct Model {
-    /// The plant file.
-    pub file: PathBuf,
     /// `[plant] name`.
     pub name: String,
+    /// The plant file.
+    pub file: PathBuf,
     /// Lanes in the order of the file.
     pub lanes: Vec<Lane>,
     /// Drivers in the order of the file.
@@ -124,6 +124,8 @@ pub struct Driver {
 pub struct Block {
     /// Name, may have dots.
     pub name: String,
+    /// Its component as the plant file names it.
+    pub named: String,
     /// The component it is an instance of.
     pub component: Component,
     /// The device class it is used as.

@@ -13,6 +13,7 @@ mod order;
 mod ports;
 mod prepare;
 mod rollback;
+pub mod save;
 mod settings;
 mod shade;
 mod shadow;

@@ -2,10 +2,10 @@
 
 use latchwork_block::Class;
 use latchwork_image::{Quality, Type};
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 /// An output or alarm that was different.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub struct Deviation {
     /// `outputs.PORT` or `alarms.NAME`.
@@ -27,7 +27,7 @@ pub struct Deviation {
 }
 
 /// A fault and what led to it.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub struct FailedRun {
     /// Kind: `trap`, `budget`, …
