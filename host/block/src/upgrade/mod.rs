@@ -2,9 +2,13 @@
 //!
 //! Pure: knows classes and cells, no instances and no lanes.
 
+mod convert;
 mod difference;
 mod mapping;
 mod transfer;
+
+#[cfg(test)]
+mod tests;
 
 pub use difference::{Change, Difference, Part, PortChange};
 pub use mapping::Mapping;

@@ -1,0 +1,147 @@
+//! Cells of one version for another.
+
+use super::{cells, config, ty};
+use crate::upgrade::Mapping;
+use crate::{Class, Port};
+use latchwork_image::{Quality, Type};
+use proptest::prelude::*;
+use std::collections::HashMap;
+
+/// Ports that differ from those of another version in everything a port can differ in.
+fn ports() -> impl Strategy<Value = Vec<Port>> {
+    let paths = prop::sample::subsequence(vec!["a", "b", "c.x", "c.y", "d", "e"], 0..=6).prop_shuffle();
+    let kind = prop_oneof![
+        2 => Just((Type::F64, false)),
+        2 => Just((Type::F64, true)),
+        1 => Just((Type::Bool, true)),
+        1 => Just((Type::Bool, false)),
+        1 => ty().prop_map(|ty| (ty, false)),
+    ];
+    (paths, prop::collection::vec(kind, 6)).prop_map(|(paths, kinds)| {
+        let port = |(path, (ty, signal)): (&str, (Type, bool))| Port { path: path.into(), ty, signal, doc: None };
+        paths.into_iter().zip(kinds).map(port).collect()
+    })
+}
+
+/// Up to 32 names.
+fn flags() -> impl Strategy<Value = Vec<String>> {
+    let all: Vec<String> = (0..36).map(|i| format!("f{i}")).collect();
+    prop_oneof![
+        prop::sample::subsequence(all[..4].to_vec(), 0..=4).prop_shuffle(),
+        prop::sample::subsequence(all, 0..=32).prop_shuffle(),
+    ]
+}
+
+fn class() -> impl Strategy<Value = Class> {
+    (ports(), ports(), flags(), flags()).prop_map(|(inputs, outputs, commands, alarms)| Class {
+        name: "acme:line/thing@1.0.0".into(),
+        doc: None,
+        inputs,
+        outputs,
+        settings: Vec::new(),
+        retained: Vec::new(),
+        commands,
+        alarms,
+        flag_docs: HashMap::new(),
+    })
+}
+
+/// Values with qualities by name and type, flags by name: what the cells mean.
+#[derive(Debug, Default, PartialEq)]
+struct Meaning {
+    ports: HashMap<(String, Type), (u64, Option<u64>)>,
+    flags: HashMap<String, bool>,
+}
+
+impl Meaning {
+    fn of(ports: &[Port], flags: &[String], cells: &[u64]) -> Self {
+        let mut cells = cells.iter().copied();
+        let mut next = || cells.next().expect("a cell for everything");
+        let mut meaning = Self::default();
+        for port in ports {
+            let value = next();
+            meaning.ports.insert((port.path.clone(), port.ty.clone()), (value, port.signal.then(&mut next)));
+        }
+        if !flags.is_empty() {
+            let word = next();
+            meaning.flags = flags.iter().enumerate().map(|(bit, name)| (name.clone(), word >> bit & 1 == 1)).collect();
+        }
+        meaning
+    }
+
+    /// The same in another version, which had `before` in its cells.
+    fn carried(&self, ports: &[Port], flags: &[String], before: impl Fn(&Port) -> u64) -> Self {
+        let mut meaning = Self::default();
+        for port in ports {
+            let key = (port.path.clone(), port.ty.clone());
+            let (value, quality) = match self.ports.get(&key) {
+                Some((value, quality)) => (*value, quality.unwrap_or(Quality::Good.cell())),
+                None => (before(port), Quality::Bad.cell()),
+            };
+            meaning.ports.insert(key, (value, port.signal.then_some(quality)));
+        }
+        meaning.flags = flags.iter().map(|f| (f.clone(), self.flags.get(f).copied().unwrap_or(false))).collect();
+        meaning
+    }
+}
+
+/// Random cells of ports and a word of flags.
+fn random(ports: &[Port], flags: &[String], seed: &[u64]) -> Vec<u64> {
+    let mut all = Vec::new();
+    for ((port, value), quality) in ports.iter().zip(cells(ports, seed)).zip(seed.iter().rev()) {
+        all.push(value);
+        all.extend(port.signal.then_some(quality % 3));
+    }
+    if !flags.is_empty() {
+        all.push(seed[0] & (u64::MAX >> (64 - flags.len())));
+    }
+    all
+}
+
+proptest! {
+    #![proptest_config(config())]
+
+    #[test]
+    fn arguments_and_results_go_by_name(
+        laid_out in class(),
+        executed in class(),
+        seed in prop::collection::vec(any::<u64>(), 12),
+    ) {
+        let mapping = Mapping::new(&laid_out, &executed);
+        let given = random(&laid_out.inputs, &laid_out.commands, &seed);
+        prop_assert_eq!(given.len(), laid_out.argument_cells());
+        let mut cells = vec![0x55; executed.argument_cells()];
+        mapping.arguments(&given, &mut cells);
+        let meaning = Meaning::of(&laid_out.inputs, &laid_out.commands, &given);
+        prop_assert_eq!(
+            Meaning::of(&executed.inputs, &executed.commands, &cells),
+            meaning.carried(&executed.inputs, &executed.commands, |_| 0)
+        );
+
+        let given = random(&executed.outputs, &executed.alarms, &seed);
+        let mut cells = vec![0x55; laid_out.output_cells()];
+        mapping.results(&given, &mut cells);
+        let meaning = Meaning::of(&executed.outputs, &executed.alarms, &given);
+        prop_assert_eq!(
+            Meaning::of(&laid_out.outputs, &laid_out.alarms, &cells),
+            meaning.carried(&laid_out.outputs, &laid_out.alarms, |_| 0x55)
+        );
+    }
+
+    /// Versions with the same ports, however documented, are recognised; then everything is copied as it is.
+    #[test]
+    fn identity_is_recognised(class in class(), other in class(), seed in prop::collection::vec(any::<u64>(), 12)) {
+        let mut twin = class.clone();
+        twin.name = "acme:line/thing@1.7.0".into();
+        twin.inputs.iter_mut().for_each(|p| p.doc = Some("another sentence".into()));
+        let mapping = Mapping::new(&class, &twin);
+        prop_assert!(mapping.is_identity());
+        let given = random(&class.inputs, &class.commands, &seed);
+        let mut cells = vec![0x55; given.len()];
+        mapping.arguments(&given, &mut cells);
+        prop_assert_eq!(&cells, &given);
+        let same = (&class.inputs, &class.outputs, &class.commands, &class.alarms)
+            == (&other.inputs, &other.outputs, &other.commands, &other.alarms);
+        prop_assert_eq!(Mapping::new(&class, &other).is_identity(), same);
+    }
+}
