@@ -140,6 +140,11 @@ impl Desk {
         }
     }
 
+    /// Settings are on their way to a block.
+    pub(crate) fn is_configuring(&self, block: usize) -> bool {
+        self.configuring.iter().any(|c| c.block == block)
+    }
+
     /// Adds to the status what somebody else knows: the journal, the sinks.
     pub fn also(&mut self, name: &'static str, tell: impl Fn() -> serde_json::Value + Send + 'static) {
         self.also.push((name, Box::new(tell)));
