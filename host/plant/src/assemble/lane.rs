@@ -64,6 +64,7 @@ impl LaneWiring {
                 status: b.status.first().map(|(_, cell)| (*cell, 0)),
                 rest: Box::new(Rest {
                     model: b.block,
+                    version: 0,
                     source,
                     alarm_sources,
                     commands: b.commands,

@@ -99,7 +99,8 @@ pub fn check_text(path: &Path, text: String, engine: &Engine, options: CheckOpti
     if checker.findings.is_empty() {
         let file = file::read(&mut checker, root.get_ref(), &text);
         let folder = path.parent().unwrap_or(Path::new(""));
-        model = Some(build(&mut checker, &file, engine, folder, options));
+        let model = model.insert(build(&mut checker, &file, engine, folder, options));
+        model.file = path.into();
     }
     let mut findings = checker.findings;
     findings.sort_by_key(|f| f.span.as_ref().map_or(0, |s| s.start));
@@ -148,6 +149,7 @@ fn build(
     let watchdog = lanes::watchdog(checker, file, &lanes);
     let (alarm_rules, variables) = alarms::rules(checker, file, &tags);
     let mut model = Model {
+        file: Default::default(),
         name: file.plant.text("name").unwrap_or_default().to_owned(),
         lanes: lanes.into_iter().map(|l| l.lane).collect(),
         drivers: drivers.into_iter().filter_map(|d| d.driver).collect(),

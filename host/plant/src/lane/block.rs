@@ -1,7 +1,7 @@
 //! One block in its lane: execution and what follows from it.
 
 use super::Lane;
-use latchwork_block::{Instance, Scan};
+use latchwork_block::{Fault, Instance, Scan};
 use latchwork_image::Quality;
 use latchwork_record::{Entry, Kind, SourceId};
 use std::ops::Range;
@@ -53,6 +53,8 @@ pub struct Block {
 pub struct Rest {
     /// Index in the model.
     pub model: usize,
+    /// Number of the version that executes; 0 is the plant file's.
+    pub version: u64,
     /// Name as a source of records.
     pub source: SourceId,
     /// Names of its alarms as sources, by bit.
@@ -108,8 +110,7 @@ impl Lane {
             instance.execute(scan, ins, block.out.start, &mut parts.cells)
         };
         if let Err(fault) = result {
-            self.block_fault(index, now, &fault);
-            return;
+            return self.failed(index, now, &fault);
         }
         block.last = now;
         block.first = false;
@@ -119,6 +120,15 @@ impl Lane {
         }
         if parts.forces.any() {
             parts.forces.apply(&mut parts.cells, block.quality, block.out.end);
+        }
+    }
+
+    /// A fault of an execution; where a version before waits, that one executes in its place.
+    #[cold]
+    fn failed(&mut self, index: usize, now: u64, fault: &Fault) {
+        self.block_fault(index, now, fault);
+        if self.parts.blocks[index].instance.is_some() {
+            self.execute(index, now);
         }
     }
 

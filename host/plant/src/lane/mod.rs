@@ -8,10 +8,12 @@
 mod alarm;
 mod block;
 mod condition;
+mod exchange;
 mod fault;
 mod follow;
 mod interrupt;
 mod message;
+mod probation;
 mod report;
 mod request;
 mod statistics;
@@ -21,6 +23,7 @@ mod trace;
 
 pub use block::{Block, BlockState, Rest};
 pub use condition::Condition;
+pub use exchange::{Carry, End, Exchange, Exchanged, Exchanging, Saved, Standing};
 pub use fault::{BACK_OFF, STRIKES};
 pub use follow::{EdgeKind, Event, Feed, Follower, Sender, Simulated, Wake};
 pub use interrupt::{
@@ -38,6 +41,9 @@ use latchwork_image::{ForceInbox, RegionReader, RegionWriter};
 use latchwork_record::{Entry, Kind, Recorder, SourceId};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
+
+/// Reports that may find no room at once, besides two per block.
+const REPORTS: usize = 64;
 
 /// State of a lane, first cell of its region.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -146,6 +152,12 @@ pub struct Lane {
     waiting: Vec<u32>,
     /// Blocks whose one-shot commands go back after their next execution.
     one_shots: Vec<u32>,
+    /// Exchanges that are timed, and those whose old versions wait.
+    trials: Vec<Box<Exchange>>,
+    /// Their blocks, in order.
+    timed: Vec<u32>,
+    /// Reports that found no room.
+    unsent: Vec<Report>,
 }
 
 impl Lane {
@@ -160,6 +172,9 @@ impl Lane {
             state: LaneState::Starting,
             waiting: Vec::with_capacity(blocks),
             one_shots: Vec::with_capacity(blocks),
+            trials: Vec::with_capacity(blocks),
+            timed: Vec::with_capacity(blocks),
+            unsent: Vec::with_capacity(2 * blocks + REPORTS),
         }
     }
 
@@ -226,18 +241,18 @@ impl Lane {
 
     /// One scan at plant time `now`, due at `due` (ns); `clock` tells how long it took.
     pub fn scan(&mut self, due: u64, now: u64, clock: impl Fn() -> u64) -> LaneState {
-        if self.begin_scan(due, now) { self.end_scan(clock()) } else { self.state }
+        if self.begin_scan(due, now, &clock) { self.end_scan(clock()) } else { self.state }
     }
 
     /// The first half of a scan: inputs latched, blocks executed; nobody sees the outputs yet. False when the lane does not
-    /// run any more.
-    pub fn begin_scan(&mut self, due: u64, now: u64) -> bool {
-        if !self.begin(Moment { due, start: now, stamp: now }) {
+    /// run any more. `clock` times what must be timed; one that stands still times nothing.
+    pub fn begin_scan(&mut self, due: u64, now: u64, clock: &dyn Fn() -> u64) -> bool {
+        if !self.begin(Moment { due, start: now, stamp: now }, clock) {
             return false;
         }
         self.parts.import();
         for index in 0..self.parts.blocks.len() {
-            self.execute(index, now);
+            self.step(index, now, clock);
             self.report(index, now);
             // A block may have stopped the lane (`on-fault = "stop-lane"`).
             if self.state != LaneState::Running {
@@ -254,7 +269,7 @@ impl Lane {
     }
 
     /// What every execution of a lane begins with; false when it does not run any more.
-    fn begin(&mut self, moment: Moment) -> bool {
+    fn begin(&mut self, moment: Moment, clock: &dyn Fn() -> u64) -> bool {
         if matches!(self.state, LaneState::Stopped | LaneState::Faulted) {
             return false;
         }
@@ -265,8 +280,18 @@ impl Lane {
         }
         self.parts.forces.update();
         self.release_one_shots();
-        self.take_requests(moment.stamp);
+        self.take_requests(moment.stamp, clock);
         true
+    }
+
+    /// Executes a block; the ones that are timed are.
+    #[inline]
+    fn step(&mut self, index: usize, now: u64, clock: &dyn Fn() -> u64) {
+        if self.trials.is_empty() {
+            self.execute(index, now);
+        } else {
+            self.execute_timed(index, now, clock);
+        }
     }
 
     /// Statistics, watchdog, trace, publication.
@@ -275,7 +300,8 @@ impl Lane {
         let scan_time = end.saturating_sub(start);
         self.statistics.scan(due, start, end);
         self.statistics.report(stamp, &mut self.parts.recorder, self.parts.source);
-        if self.state == LaneState::Running && scan_time > self.parts.watchdog {
+        let excused = !self.trials.is_empty() && self.judge(stamp, scan_time);
+        if self.state == LaneState::Running && scan_time > self.parts.watchdog && !excused {
             let watchdog = self.parts.watchdog;
             self.fail(
                 stamp,

@@ -20,6 +20,8 @@ use std::sync::Arc;
 
 /// A plant, checked.
 pub struct Model {
+    /// The plant file.
+    pub file: PathBuf,
     /// `[plant] name`.
     pub name: String,
     /// Lanes in the order of the file.
