@@ -2,6 +2,7 @@
 
 mod alarms;
 pub(crate) mod operate;
+pub(crate) mod replay;
 pub(crate) mod swap;
 pub(crate) mod test;
 
@@ -67,6 +68,10 @@ pub(crate) enum Command {
     Gpio(Gpio),
     /// Verify or export the journal that `run --data` keeps.
     Journal(Journal),
+    /// Run again what the flight recorder has recorded: the same outputs, bit for bit, or what is different.
+    Replay(replay::Replay),
+    /// Save what the flight recorder of a running plant has in memory.
+    Record(replay::Record),
     /// Tell how a running plant is: lanes, blocks, alarms, forces.
     Status(operate::Status),
     /// Show values of a running plant as they change.

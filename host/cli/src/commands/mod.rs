@@ -10,6 +10,7 @@ mod gpio;
 mod inspect;
 mod journal;
 mod records;
+mod replay;
 mod run;
 mod schema;
 mod set;
@@ -40,6 +41,8 @@ pub(crate) fn execute(args: Args) -> Result<Exit> {
         Command::Doctor(doctor) => doctor::execute(engine, doctor, folder(args.cache.clone(), args.no_cache)),
         Command::Gpio(gpio) => gpio::execute(gpio),
         Command::Journal(journal) => journal::execute(journal),
+        Command::Record(record) => replay::record(record),
+        Command::Replay(replay) => replay::execute(&engine()?, replay),
         Command::Status(status) => status::execute(status),
         Command::Watch(watch) => watch::execute(watch),
         Command::Set(set) => set::execute(set),

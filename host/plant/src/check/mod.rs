@@ -15,6 +15,7 @@ mod drivers;
 mod interrupts;
 mod lanes;
 mod notes;
+mod recorder;
 mod sinks;
 mod supervision;
 mod tags;
@@ -156,9 +157,11 @@ fn build(checker: &mut Checker, file: &file::PlantFile, engine: &Engine, path: &
         variables,
         tables: supervision::tables(checker, file, &tags),
         heartbeat: supervision::heartbeat(file),
+        recorder: None,
         sinks,
         journal: sinks::journal(file),
     };
+    model.recorder = recorder::recorder(checker, file, &model);
     // Only in a model whose indices are all right is the order of blocks that of the file.
     if !checker.findings.iter().any(|f| f.severity == Severity::Error) {
         notes::order(checker, &model, &drafts);
