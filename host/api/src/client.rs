@@ -101,6 +101,17 @@ impl Client {
         self.whole(Method::GET, &target(path, query), None)
     }
 
+    /// Asks for a file.
+    ///
+    /// # Errors
+    /// What the plant refuses; nobody who listens.
+    pub fn file(&self, path: &str) -> Result<Vec<u8>, ClientError> {
+        self.wait(async {
+            let response = self.send(Method::GET, path, None).await?;
+            Ok(self.judged(response).await?.collect().await.map_err(|e| self.broken(e))?.to_bytes().into())
+        })
+    }
+
     /// Wants something to be done.
     ///
     /// # Errors

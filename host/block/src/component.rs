@@ -74,6 +74,11 @@ impl Component {
         &self.loaded.hash
     }
 
+    /// The component itself.
+    pub fn bytes(&self) -> &[u8] {
+        &self.loaded.bytes
+    }
+
     /// Size in bytes.
     pub fn size(&self) -> u64 {
         self.loaded.bytes.len() as u64

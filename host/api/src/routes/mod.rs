@@ -62,6 +62,7 @@ pub(crate) fn table() -> Vec<Route> {
         on_post("/v1/alarms/out-of-service", alarms::out_of_service),
         on_post("/v1/alarms/in-service", alarms::in_service),
         on_get("/v1/records", records::records),
+        on_get("/v1/recording", read::recording),
         on_post("/v1/heartbeat", change::heartbeat),
         on_get("/v1/swaps", swaps::list),
         on_post("/v1/swaps", swaps::start),

@@ -15,6 +15,7 @@ mod drivers;
 mod interrupts;
 mod lanes;
 mod notes;
+mod recorder;
 mod sinks;
 mod supervision;
 mod tags;
@@ -23,7 +24,6 @@ mod wires;
 
 pub(crate) use components::folders;
 
-use crate::diagnostic;
 use crate::file;
 use crate::model::Model;
 use latchwork_block::Engine;
@@ -51,12 +51,12 @@ pub struct Checked {
 impl Checked {
     /// The findings for a person; with colours if asked for.
     pub fn render(&self, colours: bool) -> String {
-        diagnostic::render(&self.findings, &self.path, &self.text, colours)
+        latchwork_schema::render(&self.findings, &self.path, &self.text, colours)
     }
 
     /// The findings for a script: a list of `{severity, file, line, column, message, help}`.
     pub fn json(&self) -> serde_json::Value {
-        diagnostic::json(&self.findings, &self.path, &self.text)
+        latchwork_schema::findings_json(&self.findings, &self.path, &self.text)
     }
 }
 
@@ -157,9 +157,11 @@ fn build(checker: &mut Checker, file: &file::PlantFile, engine: &Engine, path: &
         variables,
         tables: supervision::tables(checker, file, &tags),
         heartbeat: supervision::heartbeat(file),
+        recorder: None,
         sinks,
         journal: sinks::journal(file),
     };
+    model.recorder = recorder::recorder(checker, file, &model);
     // Only in a model whose indices are all right is the order of blocks that of the file.
     if !checker.findings.iter().any(|f| f.severity == Severity::Error) {
         notes::order(checker, &model, &drafts);

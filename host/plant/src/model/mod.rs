@@ -6,7 +6,7 @@ mod alarms;
 mod supervision;
 
 pub use alarms::{AlarmRule, Variable};
-pub use supervision::{Heartbeat, StatusTable};
+pub use supervision::{Heartbeat, Recording, StatusTable};
 
 use crate::operate::Policy;
 use latchwork_block::{Class, Component};
@@ -45,6 +45,8 @@ pub struct Model {
     pub tables: Vec<StatusTable>,
     /// Signs of life.
     pub heartbeat: Heartbeat,
+    /// What the flight recorder records.
+    pub recorder: Option<Recording>,
     /// Sinks in the order of the file.
     pub sinks: Vec<SinkSpec>,
     /// How its journal works, if one is kept.

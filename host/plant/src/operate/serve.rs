@@ -93,6 +93,7 @@ impl Plant {
             Operation::Forces => Ok(Answer::Forces(self.forced())),
             Operation::Status => Ok(Answer::Status(self.status(now))),
             Operation::Heartbeat => Ok(done(self.hear(now))),
+            Operation::Recording => self.recording_asked().map(Answer::Recording),
             Operation::ReadValues { block } => self.read_values(block).map(Answer::Tags),
             Operation::Set { values, write } => match self.stage(values, *write, &operator, now) {
                 Ok(staged) if *write && !staged.settings.is_empty() => {
@@ -170,6 +171,7 @@ impl Operation {
                 | Self::Forces
                 | Self::Alarms { .. }
                 | Self::Status
+                | Self::Recording
                 | Self::Swaps { .. }
         )
     }
@@ -195,6 +197,7 @@ impl Operation {
             Self::OutOfService { out: false, .. } => "in-service",
             Self::Heartbeat => "heartbeat",
             Self::Status => "status",
+            Self::Recording => "recording",
             Self::Swap(_) => "swap",
             Self::CancelSwap { .. } => "cancel-swap",
             Self::Swaps { .. } => "swaps",
