@@ -305,6 +305,35 @@ fn a_swap_carries_state_settings_and_inputs_over_by_name() {
 }
 
 #[test]
+fn a_swap_that_cannot_be_leaves_the_version_before_with_its_ports() {
+    all_pass(
+        r#"
+        component = "stress"
+        [[case]]
+        name = "the new version traps in configure"
+        step = [
+            { expect = { outputs = { executions = 1 } } },
+            { swap = "stress", settings = { trap = true }, expect = { refused = "trap", outputs = { executions = 2 } } },
+            { swap = "stress", settings = { refuse = true }, expect = { refused = "", outputs = { executions = 3 } } },
+            { swap = "stress", expect = { outputs = { executions = 4 } } },
+        ]
+    "#,
+    );
+    let told = told(
+        r#"
+        component = "stress"
+        [[case]]
+        name = "refused out of the blue"
+        step = [{}, { swap = "stress", settings = { refuse = true } }, { expect = { outputs = { executions = 99 } } }]
+        [[case]]
+        name = "not refused"
+        step = [{}, { swap = "stress", expect = { refused = "x" } }, { expect = { outputs = { executions = 99 } } }]
+    "#,
+    );
+    insta::assert_snapshot!("swaps", told);
+}
+
+#[test]
 fn alarms_are_all_that_are_on_or_single_ones_in_a_column() {
     let told = told(
         r#"

@@ -185,22 +185,26 @@ impl<'a> Run<'a> {
         if faulted {
             self.instance = None;
         }
+        let swap = matches!(step.takeover, Takeover::Swap { .. });
+        if swap && changed.is_ok() == step.expect.refused.is_some() {
+            // It went another way than expected: all that follows is about the ports of another version than runs.
+            self.judge(&mut mismatches, &changed, step.expect.refused.as_deref(), None);
+            self.fail(&step.label, step.line, step.at, mismatches);
+            return false;
+        }
         for input in &step.inputs {
             self.cells[input.cell] = input.value;
         }
         let executed = if faulted { Ok(()) } else { self.execute(step.at, step.commands) };
         let outcome = changed.and(executed.map_err(Trouble::Fault));
         self.judge(&mut mismatches, &outcome, step.expect.refused.as_deref(), step.expect.fault.as_deref());
-        let sound = mismatches.is_empty();
         if self.instance.is_some() {
             self.compare(step, &mut mismatches);
         }
         if !mismatches.is_empty() {
             self.fail(&step.label, step.line, step.at, mismatches);
         }
-        // A refused swap leaves the old version, whose ports are others than the rest of the case is about.
-        let stays = matches!(step.takeover, Takeover::Swap { .. }) && step.expect.refused.is_none() && !sound;
-        !stays && (self.instance.is_some() || step.expect.fault.is_some())
+        self.instance.is_some() || step.expect.fault.is_some()
     }
 
     /// Everything that happens before the execution.
@@ -208,7 +212,13 @@ impl<'a> Run<'a> {
         match &step.takeover {
             Takeover::None => {}
             Takeover::Restart => self.restart()?,
-            Takeover::Swap { to, lossy } => return self.swap(to, *lossy, &step.settings),
+            Takeover::Swap { to, lossy } => {
+                // A version that cannot even start takes nothing over: the one before goes on.
+                return self.swap(to, *lossy, &step.settings).map_err(|trouble| match trouble {
+                    Trouble::Fault(fault) => Trouble::Refused(told(&fault)),
+                    refused => refused,
+                });
+            }
         }
         if step.settings.is_empty() {
             return Ok(());

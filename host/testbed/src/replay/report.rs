@@ -2,8 +2,6 @@
 
 use latchwork_block::Class;
 use latchwork_image::{Quality, Type, format_duration};
-use serde::Serialize;
-use latchwork_image::{Quality, Type};
 use serde::{Deserialize, Serialize};
 
 /// An output or alarm that was different.
@@ -64,7 +62,7 @@ pub fn named(class: &Class, arguments: &[u64]) -> Vec<(String, String)> {
 }
 
 /// What a replay of one block has found.
-#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub struct Replayed {
     /// Block.
@@ -104,7 +102,7 @@ pub struct Replayed {
 }
 
 /// A component.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Other {
     /// Name.
     pub component: String,
