@@ -78,6 +78,7 @@ fn help_teaches() {
         ("help_tags", vec!["tags", "--help"]),
         ("help_schema", vec!["schema", "--help"]),
         ("help_set", vec!["set", "--help"]),
+        ("help_swap", vec!["swap", "--help"]),
         ("help_ack", vec!["ack", "--help"]),
         ("help_records", vec!["records", "--help"]),
     ] {

@@ -71,6 +71,11 @@ pub(super) fn execute(engine: &Engine, args: &Run) -> Result<Exit> {
             None
         }
     };
+    if let Some(data) = &args.data {
+        let folder = data.join("recorder");
+        let cannot = || format!("the flight recorder cannot write to {}", folder.display());
+        plant.record_into(&folder).with_context(cannot)?;
+    }
     let server = args.socket.as_ref().map(|socket| serve(socket, &mut plant, args)).transpose()?;
     let show = show(&plant, args);
     let mut watcher = Watcher::new(files, journal, show);

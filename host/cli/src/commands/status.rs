@@ -18,6 +18,12 @@ const ORDER: &[&str] = &[
     "sim",
     "epoch-ns",
     "time-ns",
+    "component",
+    "hash",
+    "differs",
+    "since",
+    "by",
+    "versions",
     "class",
     "lane",
     "kind",
@@ -84,12 +90,17 @@ fn grid(rows: &[Value]) -> String {
     names.sort_by_key(|n| place(n));
     let mut table = Table::new();
     table.load_style(presets::NOTHING);
-    table.set_header(names.iter().map(|n| plain(n.strip_suffix("-ns").unwrap_or(n))));
+    table.set_header(names.iter().map(|n| title(n)));
     for row in rows {
         let cell = |name: &&String| named(name, row.get(name.as_str()).unwrap_or(&Value::Null))[1].clone();
         table.add_row(names.iter().map(cell));
     }
     lines(&table)
+}
+
+/// The name of a column.
+fn title(name: &str) -> String {
+    if name == "since" { "since (UTC)".into() } else { plain(name.strip_suffix("-ns").unwrap_or(name)) }
 }
 
 /// A value with its name; nanoseconds are shown as a duration with the digits that matter.
@@ -100,6 +111,9 @@ fn named(name: &str, value: &Value) -> [String; 2] {
             let digits = [1_000_000_000, 1_000_000].into_iter().find(|unit| ns >= *unit).unwrap_or(1_000);
             [name.into(), format_duration(ns / (digits / 1_000) * (digits / 1_000))]
         }
+        // As many digits as tell versions apart.
+        _ if name == "hash" => [name.into(), shown(value).chars().take(12).collect()],
+        _ if name == "since" => ["since (UTC)".into(), time(value.as_u64().unwrap_or_default())],
         _ => [name.into(), shown(value)],
     }
 }
@@ -117,6 +131,8 @@ mod tests {
                 { "faults": 0, "name": "main", "scan-time-max-ns": 123_456, "state": "running" },
                 { "name": "trip", "state": "running\u{1b}[2J", "also": null },
             ],
+            "blocks": [{ "name": "tank", "component": "tank-2", "hash": "5e".repeat(32), "differs": true, "by": "alice",
+                "since": 1_795_737_600_000_000_000u64, "versions": 1, "class": "acme:tanks/tank@1.0.0" }],
         });
         insta::assert_snapshot!(text(&status));
     }

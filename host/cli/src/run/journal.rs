@@ -41,6 +41,7 @@ impl Kept {
         let tell = move |report| drop(tell.send(report));
         let runner = Runner::start(folder, sinks, &opening.cursors, &journal.watch(), tell);
         let runner = runner.context("the system gives no threads for the sinks")?;
+        plant.serve_sinks(runner.swapper());
         let (statuses, watch) = (runner.statuses(), journal.watch());
         plant.desk.also("journal", move || serde_json::json!({ "durable": watch.durable() }));
         plant.desk.also("sinks", move || statuses.list().iter().map(status).collect());
@@ -117,8 +118,13 @@ impl Kept {
 
 /// A sink in `latchwork status`.
 fn status(sink: &latchwork_sink::Status) -> serde_json::Value {
-    serde_json::json!({
+    let mut row = serde_json::json!({
         "name": sink.name, "kind": sink.kind, "state": sink.state.name(), "cursor": sink.cursor, "behind": sink.behind,
         "error": sink.error,
-    })
+    });
+    if let Some(version) = &sink.version {
+        row["component"] = version.component.clone().into();
+        row["hash"] = version.hash.clone().into();
+    }
+    row
 }

@@ -1,4 +1,5 @@
 //! A plant in a process of its own, and commands on it.
+#![allow(dead_code, reason = "each test program uses a part of it")]
 
 use serde_json::Value;
 use std::io::Write;
@@ -26,7 +27,7 @@ impl Drop for Running {
 /// Exit code, output, errors.
 pub(crate) type Said = (Option<i32>, String, String);
 
-fn target() -> PathBuf {
+pub(crate) fn target() -> PathBuf {
     let exe = Path::new(env!("CARGO_BIN_EXE_latchwork"));
     exe.ancestors().nth(2).expect("the binary stands in target/release").to_path_buf()
 }
@@ -74,24 +75,40 @@ code = 0xC000
         components.display().to_string()
     );
     std::fs::write(folder.path().join("plant.toml"), text).expect("the plant file");
-    let mut command = Command::new(env!("CARGO_BIN_EXE_latchwork"));
-    command.current_dir(folder.path()).env("LATCHWORK_CACHE", target().join("test-cache"));
-    command.args(["run", "plant.toml", "--quiet", "--for", "5m", "--data", "data", "--socket", "run/plant.sock"]);
-    let errors = std::fs::File::create(folder.path().join("errors")).expect("a file");
-    let child = command.stdin(Stdio::null()).stdout(Stdio::null()).stderr(errors).spawn().expect("it starts");
+    let child = launch(folder.path());
     let mut running = Running { folder, child };
-    let end = Instant::now() + LONG;
-    while running.run(&["status"]).0 != Some(0) {
-        if let Some(status) = running.child.try_wait().expect("its state") {
-            panic!("it has ended, {status}: {}", running.errors());
-        }
-        assert!(Instant::now() < end, "it does not answer: {:?}", running.run(&["status"]));
-        std::thread::sleep(Duration::from_millis(50));
-    }
+    running.until_it_answers();
     running
 }
 
+fn launch(folder: &Path) -> Child {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_latchwork"));
+    command.current_dir(folder).env("LATCHWORK_CACHE", target().join("test-cache"));
+    command.args(["run", "plant.toml", "--quiet", "--for", "5m", "--data", "data", "--socket", "run/plant.sock"]);
+    let errors = std::fs::File::create(folder.join("errors")).expect("a file");
+    command.stdin(Stdio::null()).stdout(Stdio::null()).stderr(errors).spawn().expect("it starts")
+}
+
 impl Running {
+    /// Kills it and starts it again.
+    pub(crate) fn again(&mut self) {
+        self.child.kill().expect("it is ours");
+        self.child.wait().expect("it ends");
+        self.child = launch(self.folder.path());
+        self.until_it_answers();
+    }
+
+    fn until_it_answers(&mut self) {
+        let end = Instant::now() + LONG;
+        while self.run(&["status"]).0 != Some(0) {
+            if let Some(status) = self.child.try_wait().expect("its state") {
+                panic!("it has ended, {status}: {}", self.errors());
+            }
+            assert!(Instant::now() < end, "it does not answer: {:?}", self.run(&["status"]));
+            std::thread::sleep(Duration::from_millis(50));
+        }
+    }
+
     pub(crate) fn socket(&self) -> PathBuf {
         self.folder.path().join("run/plant.sock")
     }

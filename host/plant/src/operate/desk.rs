@@ -140,6 +140,11 @@ impl Desk {
         }
     }
 
+    /// Settings are on their way to a block.
+    pub(crate) fn is_configuring(&self, block: usize) -> bool {
+        self.configuring.iter().any(|c| c.block == block)
+    }
+
     /// Shows the settings in effect, at plant time `now`, ns.
     pub(crate) fn publish(&mut self, now: u64) {
         if let Some(region) = &mut self.region {

@@ -94,6 +94,7 @@ impl Plant {
             Operation::Forces => Ok(Answer::Forces(self.forced())),
             Operation::Status => Ok(Answer::Status(self.status(now))),
             Operation::Heartbeat => Ok(done(self.hear(now))),
+            Operation::Recording => self.recording_asked().map(Answer::Recording),
             Operation::ReadValues { block } => self.read_values(block).map(Answer::Tags),
             Operation::Set { values, write } => match self.stage(values, *write, &operator, now) {
                 Ok(staged) if *write && !staged.settings.is_empty() => {
@@ -171,6 +172,7 @@ impl Operation {
                 | Self::Forces
                 | Self::Alarms { .. }
                 | Self::Status
+                | Self::Recording
                 | Self::Swaps { .. }
         )
     }
@@ -196,6 +198,7 @@ impl Operation {
             Self::OutOfService { out: false, .. } => "in-service",
             Self::Heartbeat => "heartbeat",
             Self::Status => "status",
+            Self::Recording => "recording",
             Self::Swap(_) => "swap",
             Self::CancelSwap { .. } => "cancel-swap",
             Self::Swaps { .. } => "swaps",
@@ -215,7 +218,7 @@ impl Operation {
             | Self::Shelve { alarm, .. }
             | Self::Unshelve { alarm }
             | Self::OutOfService { alarm, .. } => (Kind::Command, alarm.clone()),
-            Self::Swap(order) => (Kind::Swap, order.parts.first().map_or("", |p| &p.block).to_owned()),
+            Self::Swap(order) => (Kind::Swap, order.parts.first().map_or("plant", |p| &p.block).to_owned()),
             Self::Rollback { block, .. } => (Kind::Swap, block.clone()),
             Self::CancelSwap { .. } => (Kind::Swap, "plant".into()),
             _ => (Kind::Audit, "plant".into()),

@@ -83,6 +83,7 @@ pub fn run_virtual(mut plant: Plant, options: &RunOptions, stop: &AtomicBool, ob
     let mut stimulus = options.stimulus.iter().peekable();
     let counted = plant.lanes.iter().position(|l| !l.is_interrupt()).unwrap_or(0);
     let (mut now, before) = (0, plant.router.last_seq());
+    plant.begin_recorder();
     plant.lanes.iter_mut().for_each(|lane| lane.begin_interrupts(0));
     loop {
         let next = (0..plant.lanes.len())

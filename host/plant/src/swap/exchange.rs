@@ -102,12 +102,12 @@ impl Plant {
                 if probation > 0 {
                     self.tell_swap(&swap, "kept", "its probation is over", ended);
                 }
-                self.swaps.end(swap, Stage::Done, String::new());
+                self.stays(swap, String::new(), now);
             }
             End::NoWayBack(why) => {
                 self.keep_instances(&swap, parts);
                 self.tell_swap(&swap, "kept", &format!("its probation ends early: {}", why.as_str()), ended);
-                self.swaps.end(swap, Stage::Done, why.as_str().into());
+                self.stays(swap, why.as_str().into(), now);
             }
             End::RolledBack(why) => {
                 self.go_back(&swap, parts, false, [ended, now]);

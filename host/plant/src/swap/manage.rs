@@ -1,6 +1,8 @@
 //! Orders: checked at once, then on their way.
 
 use super::prepare::{From, Job, JobPart};
+use super::save::Keep;
+use super::sinks::SINK;
 use super::versions::Release;
 use super::{Phase, Shadow, Stage, Swap, SwapOrder, SwapStatus, Swaps, UNDER_WAY};
 use crate::assemble::{Plant, Time};
@@ -11,12 +13,13 @@ use std::sync::mpsc::channel;
 
 /// Largest component, bytes.
 const LARGEST: usize = 64 << 20;
-/// Beginning of the names of sinks.
-const SINK: &str = "sink.";
 
 impl Plant {
     /// Takes an order; the answer tells its number, and what follows goes its way.
     pub(crate) fn swap(&mut self, order: &SwapOrder, operator: &Operator, now: u64) -> Result<Answer, Refused> {
+        if order.parts.iter().any(|p| p.block.starts_with(SINK)) {
+            return self.swap_sink(order, operator, now);
+        }
         let (lane, blocks) = self.check_order(order)?;
         let mut parts = Vec::new();
         for (part, block) in order.parts.iter().zip(&blocks) {
@@ -28,6 +31,11 @@ impl Plant {
         let mut swap = self.begin_swap(operator, lane, blocks, now);
         (swap.shadow, swap.probation, swap.dry_run) = (order.shadow, order.probation, order.dry_run);
         (swap.tolerances, swap.lossy) = (order.tolerances.clone(), order.allow_lossy);
+        if order.save && !order.dry_run {
+            let keep =
+                |p: &super::Part| Keep { block: p.block.clone(), file: p.file.clone(), bytes: Arc::clone(&p.bytes) };
+            swap.keep = order.parts.iter().map(keep).collect();
+        }
         let files: Vec<_> = order.parts.iter().map(|p| p.file.clone()).collect();
         if !order.dry_run {
             self.tell_asked(&swap, &files, now);
@@ -42,10 +50,6 @@ impl Plant {
         };
         let mut blocks = Vec::new();
         for part in &order.parts {
-            if part.block.starts_with(SINK) {
-                let message = format!("`{}` is a sink: it is swapped alone, not together with blocks", part.block);
-                return Err(Refused::new("state", message));
-            }
             let block = self.block(&part.block)?;
             if blocks.contains(&block) {
                 return Err(Refused::new("value", format!("`{}` is named twice", part.block)));
@@ -120,22 +124,8 @@ impl Plant {
 
     /// A swap with the next number.
     pub(super) fn begin_swap(&mut self, operator: &Operator, lane: usize, blocks: Vec<usize>, now: u64) -> Swap {
-        self.swaps.number += 1;
         Swap {
-            status: SwapStatus {
-                number: self.swaps.number,
-                stage: Stage::Preparing,
-                message: String::new(),
-                user: operator.user.clone(),
-                asked: self.router.epoch().saturating_add(now),
-                blocks: Vec::new(),
-                left: 0,
-                shadow: Vec::new(),
-                prepare_ns: 0,
-                exchange_ns: 0,
-                exchanged_at: 0,
-                saved: false,
-            },
+            status: self.swap_status(operator, now),
             operator: operator.clone(),
             asked: now,
             lane,
@@ -145,9 +135,29 @@ impl Plant {
             lossy: false,
             probation: 0,
             dry_run: false,
+            keep: Vec::new(),
             back: false,
             left: Arc::default(),
             phase: Phase::Over,
+        }
+    }
+
+    /// The state of a swap that begins, with the next number.
+    pub(super) fn swap_status(&mut self, operator: &Operator, now: u64) -> SwapStatus {
+        self.swaps.number += 1;
+        SwapStatus {
+            number: self.swaps.number,
+            stage: Stage::Preparing,
+            message: String::new(),
+            user: operator.user.clone(),
+            asked: self.router.epoch().saturating_add(now),
+            blocks: Vec::new(),
+            left: 0,
+            shadow: Vec::new(),
+            prepare_ns: 0,
+            exchange_ns: 0,
+            exchanged_at: 0,
+            saved: false,
         }
     }
 
@@ -184,6 +194,7 @@ impl Plant {
             }
             status
         }));
+        rows.extend(self.swaps.of_sinks.iter().map(|swap| swap.status.clone()));
         rows.retain(|row| number.is_none_or(|n| row.number == n));
         rows.sort_by_key(|row| row.number);
         match number {
@@ -204,6 +215,9 @@ impl Plant {
 
     /// Calls a swap off.
     pub(crate) fn cancel_swap(&mut self, number: u64, operator: &Operator, now: u64) -> Result<Answer, Refused> {
+        if let Some(answer) = self.cancel_sink(number) {
+            return answer;
+        }
         let Some(at) = self.swaps.under_way.iter().position(|s| s.status.number == number) else {
             let ended = self.swaps.ended.iter().find(|s| s.number == number);
             return Err(match ended {
@@ -216,6 +230,9 @@ impl Plant {
             Phase::Probation => {
                 let message = format!("swap {number} is {}; take it back with `rollback`", told(Stage::Probation));
                 return Err(Refused::new("state", message));
+            }
+            Phase::Saving(_) => {
+                return Err(Refused::new("state", format!("swap {number} is over, and is being saved")));
             }
             Phase::Exchanging(_) | Phase::TakingBack(_) | Phase::Over => {
                 return Err(Refused::new("state", format!("swap {number} is on its way to the lane already")));
@@ -241,7 +258,12 @@ impl Swaps {
         if !message.is_empty() {
             swap.status.message = message;
         }
-        self.ended.push_back(swap.status);
+        self.over(swap.status);
+    }
+
+    /// The same for its state alone.
+    pub(super) fn over(&mut self, status: SwapStatus) {
+        self.ended.push_back(status);
         if self.ended.len() > super::ENDED {
             self.ended.pop_front();
         }

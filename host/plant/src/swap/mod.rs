@@ -13,9 +13,12 @@ mod order;
 mod ports;
 mod prepare;
 mod rollback;
+pub mod save;
+mod saving;
 mod settings;
 mod shade;
 mod shadow;
+mod sinks;
 mod status;
 mod told;
 mod turn;
@@ -52,6 +55,13 @@ pub struct Swaps {
     /// By block of the model; one that was never swapped has none.
     histories: BTreeMap<usize, History>,
     workers: Workers,
+    /// What writes into the plant file, once something was to be saved.
+    saver: Option<save::Saver>,
+    /// By block: hash of the component that the plant file names since it was saved.
+    of_file: BTreeMap<usize, String>,
+    /// The sinks, if they work.
+    sinks: Option<latchwork_sink::Swapper>,
+    of_sinks: Vec<sinks::SinkSwap>,
 }
 
 /// A swap under way.
@@ -70,6 +80,8 @@ struct Swap {
     /// Executions of the probation.
     probation: u64,
     dry_run: bool,
+    /// What is to be saved when its probation is over.
+    keep: Vec<save::Keep>,
     /// An operator takes an earlier version back.
     back: bool,
     /// Executions that the probation has before it still.
@@ -93,6 +105,8 @@ enum Phase {
     Probation,
     /// The lane was asked to end the probation of that swap.
     TakingBack(u64),
+    /// Its probation is over, and what runs is written into the plant file.
+    Saving(saving::Saving),
     /// It has ended.
     Over,
 }

@@ -1,6 +1,7 @@
 //! Back to an earlier version because an operator wants it.
 
 use super::prepare::From;
+use super::sinks::SINK;
 use super::versions::Earlier;
 use super::{BlockPlan, Phase, Stage, Swap};
 use crate::assemble::Plant;
@@ -17,6 +18,9 @@ impl Plant {
         operator: &Operator,
         now: u64,
     ) -> Result<Answer, Refused> {
+        if name.starts_with(SINK) {
+            return self.rollback_sink(name, steps, operator, now);
+        }
         let block = self.block(name)?;
         let lane = self.model.blocks[block].lane;
         self.lane_runs(lane)?;

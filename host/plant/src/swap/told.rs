@@ -78,8 +78,9 @@ impl Plant {
         row.insert("hash".into(), json!(release.component.hash()));
         row.insert("since".into(), json!(release.since));
         row.insert("by".into(), json!(release.by));
-        let of_file = &self.model.blocks[block].component;
-        row.insert("differs".into(), json!(release.component.hash() != of_file.hash()));
+        let of_file = self.swaps.of_file.get(&block).map(String::as_str);
+        let of_file = of_file.unwrap_or_else(|| self.model.blocks[block].component.hash());
+        row.insert("differs".into(), json!(release.component.hash() != of_file));
         let earlier = self.swaps.histories.get(&block).map_or(0, |h| h.earlier.len());
         row.insert("versions".into(), json!(earlier));
         let swap = self.swaps.under_way.iter().find(|s| s.blocks.contains(&block));
@@ -87,6 +88,7 @@ impl Plant {
             Some(Phase::Probation) => "probation",
             Some(Phase::Exchanging(_) | Phase::TakingBack(_)) => "exchanging",
             Some(Phase::Shadow(..)) => "shadow",
+            Some(Phase::Saving(_)) => "saving",
             Some(_) => "preparing",
             None => return,
         };

@@ -18,11 +18,13 @@ pub(super) enum Step {
 impl Plant {
     /// What is under way goes on, at plant time `now`, ns.
     pub(crate) fn swap_turn(&mut self, now: u64) {
+        self.sinks_turn(now);
         if self.swaps.under_way.is_empty() {
             return;
         }
         self.notice_dead_lanes(now);
         for swap in std::mem::take(&mut self.swaps.under_way) {
+            let Some(swap) = self.saving(swap, now) else { continue };
             match self.swap_step(swap, now) {
                 Step::On(swap) => self.swaps.under_way.push(swap),
                 Step::End(swap, Stage::Planned, message) => self.swaps.end(swap, Stage::Planned, message),
@@ -98,6 +100,8 @@ impl Plant {
             .swaps
             .under_way
             .iter()
+            // What is being saved is over for the lane.
+            .filter(|swap| !matches!(swap.phase, Phase::Saving(_)))
             .map(|swap| swap.lane)
             .filter(|lane| matches!(state(*lane), LaneState::Stopped | LaneState::Faulted))
             .collect();
@@ -106,7 +110,9 @@ impl Plant {
         }
         // What it said before it ended is here by now.
         self.lane_reports(now);
-        let (ended, on) = std::mem::take(&mut self.swaps.under_way).into_iter().partition(|s| dead.contains(&s.lane));
+        let (ended, on) = std::mem::take(&mut self.swaps.under_way)
+            .into_iter()
+            .partition(|s| dead.contains(&s.lane) && !matches!(s.phase, Phase::Saving(_)));
         self.swaps.under_way = on;
         for mut swap in ended {
             if let Phase::Shadow(_, shadows) = &swap.phase {

@@ -12,6 +12,7 @@ pub struct Comparer {
     pairs: Vec<Pair>,
     /// By pair.
     found: Vec<Option<Found>>,
+    exact: bool,
 }
 
 /// An output that both versions have, or a quality, or an alarm.
@@ -72,7 +73,12 @@ impl Comparer {
             });
         }
         let found = pairs.iter().map(|_| None).collect();
-        Self { reference: Arc::clone(reference), pairs, found }
+        Self { reference: Arc::clone(reference), pairs, found, exact: false }
+    }
+
+    /// Every bit counts, also of zeros and NaN.
+    pub fn exact(self) -> Self {
+        Self { exact: true, ..self }
     }
 
     /// Compares one execution at plant time `now`, ns; true when nothing was different beyond tolerance.
@@ -80,7 +86,7 @@ impl Comparer {
         let mut same = true;
         for (pair, found) in self.pairs.iter().zip(&mut self.found) {
             let values = pair.values(reference, other);
-            let Some(deviation) = pair.deviation(values) else { continue };
+            let Some(deviation) = pair.deviation(values, self.exact) else { continue };
             same = false;
             let found = found.get_or_insert_with(|| Found {
                 count: 0,
@@ -133,10 +139,11 @@ impl Pair {
     }
 
     /// How far the values are apart, if that counts: of numbers the difference (no finite one: the largest number), of others 0.
-    fn deviation(&self, (a, b): (u64, u64)) -> Option<f64> {
+    fn deviation(&self, (a, b): (u64, u64), exact: bool) -> Option<f64> {
         if self.types.0 == self.types.1 && a == b {
             return None;
         }
+        let exact = exact.then_some(0.0);
         match (number(&self.types.0, a), number(&self.types.1, b)) {
             (Some(Number::Whole(a)), Some(Number::Whole(b))) => {
                 let apart = a.abs_diff(b) as f64;
@@ -145,7 +152,7 @@ impl Pair {
             (Some(a), Some(b)) => {
                 let (a, b) = (a.real(), b.real());
                 if a == b || (a.is_nan() && b.is_nan()) {
-                    return None;
+                    return exact;
                 }
                 let apart = (a - b).abs();
                 let apart = if apart.is_finite() { apart } else { f64::MAX };

@@ -1,0 +1,236 @@
+//! Another logger in the place of one: between two batches, nothing lost, nothing twice, and the old one back if it fails.
+#![allow(clippy::unwrap_used, reason = "a test")]
+
+mod loggers;
+mod support;
+
+use latchwork_record::Record;
+use latchwork_schema::Section;
+use latchwork_sink::{COMPONENT, Config, Exchange, Phase, Sink, SinkKind};
+use std::path::Path;
+use std::sync::{Arc, Mutex};
+use std::time::Duration;
+use support::{Bench, wait_for};
+use tempfile::TempDir;
+
+const PATIENCE: Duration = Duration::from_secs(60);
+
+/// What all sinks of a test have got: which sink, which record.
+type Got = Arc<Mutex<Vec<(&'static str, u64)>>>;
+
+/// A sink with a name that fails at a batch, or does not open.
+struct Named {
+    name: &'static str,
+    got: Got,
+    fails_at: u64,
+    opens: bool,
+    batches: u64,
+}
+
+impl Named {
+    fn new(name: &'static str, got: &Got) -> Self {
+        Self { name, got: Arc::clone(got), fails_at: u64::MAX, opens: true, batches: 0 }
+    }
+}
+
+impl Sink for Named {
+    fn start(&mut self) -> Result<(), String> {
+        if self.opens { Ok(()) } else { Err("it does not open".into()) }
+    }
+
+    fn write(&mut self, batch: &[Record]) -> Result<u64, String> {
+        self.batches += 1;
+        if self.batches == self.fails_at {
+            return Err("it is broken".into());
+        }
+        self.got.lock().unwrap().extend(batch.iter().map(|r| (self.name, r.seq)));
+        Ok(batch.last().map_or(0, |r| r.seq))
+    }
+}
+
+static NO_KEYS: Section = Section { name: "first", doc: "", keys: &[] };
+static GOT: Mutex<Option<Got>> = Mutex::new(None);
+static FIRST: SinkKind = SinkKind {
+    name: "first",
+    keys: &NO_KEYS,
+    check: |_| Vec::new(),
+    claim: |_| None,
+    open: |_| Ok(Box::new(Named::new("old", GOT.lock().unwrap().as_ref().unwrap()))),
+};
+
+/// One test at a time: they share what the old sink writes to.
+fn bench(folder: &Path) -> (Bench, Got, std::sync::MutexGuard<'static, ()>) {
+    static TURN: Mutex<()> = Mutex::new(());
+    let turn = TURN.lock().unwrap_or_else(|e| e.into_inner());
+    let got = Got::default();
+    *GOT.lock().unwrap_or_else(|e| e.into_inner()) = Some(Arc::clone(&got));
+    let config = support::config(&FIRST, folder, "batch = 1\nwait = '1ms'");
+    (Bench::start(folder, vec![(&FIRST, config)]), got, turn)
+}
+
+fn ended(exchange: &Exchange) -> Phase {
+    wait_for(PATIENCE, "the exchange ends", || exchange.phase().ended());
+    exchange.phase()
+}
+
+/// Each record once and in order; how many each sink has got.
+#[track_caller]
+fn whole(got: &Got, last: u64) -> (usize, usize) {
+    let got = got.lock().unwrap();
+    assert_eq!(got.iter().map(|(_, seq)| *seq).collect::<Vec<_>>(), (1..=last).collect::<Vec<_>>());
+    let of = |name: &str| got.iter().filter(|(n, _)| *n == name).count();
+    (of("old"), of("new"))
+}
+
+#[test]
+fn sinks_are_exchanged_in_a_stream_of_records_and_each_record_comes_once() {
+    let folder = TempDir::new().unwrap();
+    let (mut bench, got, _turn) = bench(folder.path());
+    let swapper = bench.runner.as_ref().unwrap().swapper();
+    bench.store(500);
+    bench.deliver(PATIENCE);
+    bench.push(5_000);
+    let exchange = swapper.exchange("s", Box::new(Named::new("new", &got)), 3).unwrap();
+    assert_eq!(ended(&exchange), Phase::Done);
+    bench.store(500);
+    bench.deliver(PATIENCE);
+    let (old, new) = whole(&got, 6_000);
+    assert!(old >= 500 && new >= 500, "{old} and {new}");
+    // And back, by hand.
+    assert_eq!(ended(&swapper.rollback("s", 1).unwrap()), Phase::Done);
+    bench.store(10);
+    bench.deliver(PATIENCE);
+    assert_eq!(whole(&got, 6_010), (old + 10, new));
+    assert!(swapper.rollback("s", 9).is_err_and(|why| why.contains("not 9")));
+    bench.stop();
+}
+
+#[test]
+fn one_that_fails_on_probation_gives_way_to_the_old_one_which_gets_the_same_batch() {
+    let folder = TempDir::new().unwrap();
+    let (mut bench, got, _turn) = bench(folder.path());
+    let swapper = bench.runner.as_ref().unwrap().swapper();
+    bench.store(5);
+    bench.deliver(PATIENCE);
+    let broken = Named { fails_at: 3, ..Named::new("new", &got) };
+    let exchange = swapper.exchange("s", Box::new(broken), 10).unwrap();
+    // One at a time, so that each is a batch.
+    for _ in 0..6 {
+        bench.store(1);
+        bench.deliver(PATIENCE);
+    }
+    assert_eq!(ended(&exchange), Phase::RolledBack("it is broken".into()));
+    assert_eq!(whole(&got, 11), (9, 2));
+    assert!(bench.reports.try_recv().is_err(), "for whoever waits for records nothing has happened");
+    // What has failed is nothing to go back to.
+    assert!(swapper.rollback("s", 1).is_err_and(|why| why.contains("no earlier version")));
+    bench.stop();
+}
+
+#[test]
+fn one_that_does_not_open_changes_nothing() {
+    let folder = TempDir::new().unwrap();
+    let (mut bench, got, _turn) = bench(folder.path());
+    let swapper = bench.runner.as_ref().unwrap().swapper();
+    bench.store(5);
+    bench.deliver(PATIENCE);
+    let shut = Named { opens: false, ..Named::new("new", &got) };
+    assert_eq!(ended(&swapper.exchange("s", Box::new(shut), 10).unwrap()), Phase::Refused("it does not open".into()));
+    bench.store(5);
+    bench.deliver(PATIENCE);
+    assert_eq!(whole(&got, 10), (10, 0));
+    bench.stop();
+}
+
+#[test]
+fn on_probation_nothing_else_is_exchanged_and_the_old_one_comes_back_when_it_is_wanted() {
+    let folder = TempDir::new().unwrap();
+    let (mut bench, got, _turn) = bench(folder.path());
+    let swapper = bench.runner.as_ref().unwrap().swapper();
+    bench.store(1);
+    bench.deliver(PATIENCE);
+    let exchange = swapper.exchange("s", Box::new(Named::new("new", &got)), 100).unwrap();
+    bench.store(1);
+    wait_for(PATIENCE, "it is on probation", || exchange.phase() == Phase::Probation { left: 99 });
+    assert!(!exchange.cancel(), "it is in already");
+    let second = swapper.exchange("s", Box::new(Named::new("new", &got)), 1);
+    assert!(second.is_err_and(|why| why.contains("is being swapped already")));
+    swapper.rollback("s", 1).unwrap();
+    assert!(matches!(ended(&exchange), Phase::RolledBack(why) if why.contains("operator")));
+    bench.store(1);
+    bench.deliver(PATIENCE);
+    assert_eq!(whole(&got, 3), (2, 1));
+    assert!(swapper.exchange("t", Box::new(Named::new("new", &got)), 1).is_err_and(|why| why.contains("no sink `t`")));
+    bench.stop();
+}
+
+/// A journal with a logger of components.
+fn logger(folder: &Path, table: &str) -> (Bench, Config) {
+    let config = loggers::config(folder, table);
+    let config = Config { name: "s".into(), ..config };
+    (Bench::start(folder, vec![(&COMPONENT, config.clone())]), config)
+}
+
+fn shipped(name: &str, folder: &str) -> Arc<[u8]> {
+    std::fs::read(loggers::target().join(folder).join(format!("{name}.wasm"))).unwrap().into()
+}
+
+#[test]
+fn a_component_is_exchanged_for_another_and_back_when_it_traps_or_hangs() {
+    let folder = TempDir::new().unwrap();
+    let stray = |does: &str| format!("\nbudget = '300ms'\n[config]\nat = 12\ndoes = '{does}'");
+    for does in ["panic", "hang", "refuse", "lie"] {
+        let folder = folder.path().join(does);
+        std::fs::create_dir(&folder).unwrap();
+        let table = format!(
+            "kind = 'component'\ncomponent = 'csv-days'\ndirectory = 'logs'\nbatch = 1\nwait = '1ms'{}",
+            stray(does)
+        );
+        let (mut bench, _) = logger(&folder, &table);
+        let swapper = bench.runner.as_ref().unwrap().swapper();
+        assert_eq!(swapper.version("s").unwrap().component, "csv-days");
+        bench.store(10);
+        bench.deliver(PATIENCE);
+        let bytes = shipped("stray-logger", "test-components");
+        let (exchange, version) = swapper.swap("s", "stray.wasm", &bytes, 50, false).unwrap();
+        assert_eq!((version.component.as_str(), version.size), ("stray", bytes.len() as u64));
+        wait_for(PATIENCE, "it is on probation", || matches!(exchange.phase(), Phase::Probation { .. }));
+        assert_eq!(swapper.version("s"), Some(version));
+        for _ in 0..4 {
+            bench.store(1);
+            bench.deliver(PATIENCE);
+        }
+        assert!(matches!(ended(&exchange), Phase::RolledBack(_)), "{does}");
+        assert_eq!(swapper.version("s").unwrap().component, "csv-days", "{does}");
+        bench.stop();
+        // The stray one took number 11 and forgot it; all others are in the file, once.
+        let files = std::fs::read_dir(folder.join("logs")).unwrap().flatten();
+        let text: String = files.map(|f| std::fs::read_to_string(f.path()).unwrap()).collect();
+        let mut numbers: Vec<u64> = text.lines().filter_map(|l| l.split(',').next()?.parse().ok()).collect();
+        numbers.sort_unstable();
+        let expected: Vec<u64> = (1..=14).filter(|n| *n != 11).collect();
+        assert_eq!(numbers, expected, "{does}: {text}");
+    }
+}
+
+#[test]
+fn what_is_no_logger_or_does_not_open_is_refused_and_a_dry_run_opens_nothing() {
+    let folder = TempDir::new().unwrap();
+    let table = "kind = 'component'\ncomponent = 'csv-days'\ndirectory = 'logs'\nconfig = { does = 'refuse', at = 0 }";
+    let (mut bench, _) = logger(folder.path(), table);
+    let swapper = bench.runner.as_ref().unwrap().swapper();
+    bench.store(3);
+    bench.deliver(PATIENCE);
+    let refused = swapper.swap("s", "ton.wasm", &shipped("ton", "components"), 1, false).err().unwrap();
+    assert!(refused.contains("expected \"latchwork:journal/sink@0.1.0\""), "{refused}");
+    assert!(swapper.swap("s", "x.wasm", &b"text".as_slice().into(), 1, false).is_err());
+    let bytes = shipped("stray-logger", "test-components");
+    let (exchange, _) = swapper.swap("s", "stray.wasm", &bytes, 1, true).unwrap();
+    assert_eq!(ended(&exchange), Phase::Planned);
+    let (exchange, _) = swapper.swap("s", "stray.wasm", &bytes, 1, false).unwrap();
+    assert!(matches!(ended(&exchange), Phase::Refused(why) if why.contains("does not open: I do not like")));
+    bench.store(3);
+    bench.deliver(PATIENCE);
+    assert_eq!(swapper.version("s").unwrap().component, "csv-days");
+    bench.stop();
+}
