@@ -56,6 +56,10 @@ pub struct Tap {
     missed: u32,
     ended: bool,
     timer: Option<Timer>,
+    /// It is for this version of the block alone.
+    version: Option<u64>,
+    /// Argument and output cells of the class it was made for.
+    shape: (usize, usize),
 }
 
 /// The taps of a block, by [`TapSlot`].
@@ -68,11 +72,24 @@ pub fn tap(class: &Class, frames: usize, timer: Option<Timer>) -> (Box<Tap>, Tap
     let (arguments, outputs) = (class.argument_cells(), class.output_cells());
     let longest = (HEAD + arguments + outputs).max(2 + class.retained.len()).max(1 + class.settings.len());
     let (to, from) = rtrb::RingBuffer::new(longest * frames.max(2));
-    let tap = Tap { to, frame: vec![0; longest].into(), missed: 0, ended: false, timer };
+    let tap = Tap {
+        to,
+        frame: vec![0; longest].into(),
+        missed: 0,
+        ended: false,
+        timer,
+        version: None,
+        shape: (arguments, outputs),
+    };
     (Box::new(tap), TapReader { from, buffer: vec![0; longest], arguments })
 }
 
 impl Tap {
+    /// For this version of the block alone ([`crate::supervisor::Recipe::version`]): with another one it ends at once.
+    pub fn only(self: Box<Self>, version: u64) -> Box<Self> {
+        Box::new(Self { version: Some(version), ..*self })
+    }
+
     fn send(&mut self, kind: u64, flags: u64, words: usize) {
         if self.ended {
             return;
@@ -166,6 +183,13 @@ impl Lane {
     pub(super) fn tap(&mut self, index: usize, slot: TapSlot, tap: Box<Tap>, now: u64) {
         self.untap(index, slot);
         let Some(block) = self.parts.blocks.get_mut(index) else { return };
+        let mut tap = tap;
+        let shape = |i: &Instance| (i.class().argument_cells(), i.class().output_cells());
+        let other = block.instance.as_ref().is_some_and(|i| shape(i) != tap.shape);
+        if other || tap.version.is_some_and(|version| version != block.rest.version) {
+            tap.end();
+            return self.send(Report::Tap(tap));
+        }
         match &mut block.rest.taps.0[slot as usize] {
             free @ None => *free = Some(tap),
             // The old one did not get away: the reader of the new one sees that it was abandoned.
