@@ -3,6 +3,8 @@
 mod alarms;
 pub(crate) mod operate;
 pub(crate) mod replay;
+pub(crate) mod swap;
+pub(crate) mod test;
 
 pub(crate) use alarms::{AlarmsCommand, Codes, CodesFormat, Report, ReportFormat};
 use clap::{Args as ClapArgs, Parser, Subcommand, ValueEnum};
@@ -101,6 +103,21 @@ pub(crate) enum Command {
     Heartbeat(operate::Heartbeat),
     /// Show records of a running plant: what happened, and who did it.
     Records(operate::Records),
+    /// Give a block of a running plant another version of its component, between two scans and with its state.
+    ///
+    /// The new version is read, checked, compiled and set up beside the lanes; with --shadow it runs beside the old one first.
+    /// What would break stops it before anything is touched, and a fault within its probation puts the old version back. At a
+    /// terminal the plan is shown and one is asked; Ctrl-C leaves the swap on its way.
+    Swap(swap::Swap),
+    /// Put an earlier version of a block back, with the state it had.
+    Rollback(swap::Rollback),
+    /// List the swaps of a running plant, follow one, or call it off.
+    Swaps(swap::Swaps),
+    /// Test blocks without a plant: cases of steps at virtual time, from files FILE.test.toml.
+    ///
+    /// A case starts a new instance of the component, gives it inputs, commands and settings at times of its own, and says
+    /// what outputs, alarms and state are to be. docs/testing-a-block.md shows how such a file is written.
+    Test(test::Test),
     /// Print the JSON Schema of the plant file, for editors.
     ///
     /// In VS Code with the Even Better TOML extension, put `#:schema plant.schema.json` in the first line of the plant

@@ -15,7 +15,9 @@ mod run;
 mod schema;
 mod set;
 mod status;
+mod swap;
 mod tags;
+mod test;
 mod watch;
 
 use crate::Exit;
@@ -56,6 +58,10 @@ pub(crate) fn execute(args: Args) -> Result<Exit> {
         Command::InService(which) => alarms::change(which, "/v1/alarms/in-service"),
         Command::Heartbeat(beat) => command::heartbeat(beat),
         Command::Records(records) => records::execute(records),
+        Command::Swap(args) => swap::swap(args),
+        Command::Rollback(args) => swap::rollback(args),
+        Command::Swaps(args) => swap::swaps(args),
+        Command::Test(test) => test::execute(&engine()?, test),
         Command::Schema => schema::execute(),
     }
 }

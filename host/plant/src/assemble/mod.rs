@@ -20,6 +20,7 @@ use crate::supervisor::{LaneLink, Supervisor};
 use crate::swap::Swaps;
 use interrupt::Interrupts;
 use lane::LaneWiring;
+pub(crate) use lane::registers;
 use latchwork_block::{Engine, LoadError, Ticker};
 use latchwork_image::{ForceBoard, Quality, RegionReader, RegionWriter, Resolved, TagId, View, region};
 use latchwork_io::driver::{Driver, Outputs};

@@ -22,7 +22,8 @@ mod tags;
 mod values;
 mod wires;
 
-use crate::diagnostic;
+pub(crate) use components::folders;
+
 use crate::file;
 use crate::model::Model;
 use latchwork_block::Engine;
@@ -50,12 +51,12 @@ pub struct Checked {
 impl Checked {
     /// The findings for a person; with colours if asked for.
     pub fn render(&self, colours: bool) -> String {
-        diagnostic::render(&self.findings, &self.path, &self.text, colours)
+        latchwork_schema::render(&self.findings, &self.path, &self.text, colours)
     }
 
     /// The findings for a script: a list of `{severity, file, line, column, message, help}`.
     pub fn json(&self) -> serde_json::Value {
-        diagnostic::json(&self.findings, &self.path, &self.text)
+        latchwork_schema::findings_json(&self.findings, &self.path, &self.text)
     }
 }
 
@@ -73,7 +74,7 @@ pub fn check_file(path: &Path, engine: &Engine, options: CheckOptions) -> Checke
 /// More than any plant file has; what is longer is something else, perhaps without an end.
 const LONGEST: u64 = 16 << 20;
 
-fn read(path: &Path) -> Result<String, String> {
+pub(crate) fn read(path: &Path) -> Result<String, String> {
     if path.is_dir() {
         return Err("this is a folder; expected a plant file, a TOML text".into());
     }
@@ -118,13 +119,8 @@ struct Draft<'a> {
     class: Option<(latchwork_block::Component, std::sync::Arc<latchwork_block::Class>)>,
 }
 
-fn build(
-    checker: &mut Checker,
-    file: &file::PlantFile,
-    engine: &Engine,
-    folder: &Path,
-    options: CheckOptions,
-) -> Model {
+fn build(checker: &mut Checker, file: &file::PlantFile, engine: &Engine, path: &Path, options: CheckOptions) -> Model {
+    let folder = path.parent().unwrap_or(Path::new(""));
     let mut lanes = lanes::lanes(checker, file);
     unique_names(checker, file);
     // Without --sim the blocks of [sim] are checked for their keys alone.

@@ -1,6 +1,6 @@
 //! One block in its lane: execution and what follows from it.
 
-use super::Lane;
+use super::{Adapter, Lane};
 use latchwork_block::{Fault, Instance, Scan};
 use latchwork_image::Quality;
 use latchwork_record::{Entry, Kind, SourceId};
@@ -31,6 +31,8 @@ pub struct Block {
     pub not_finite: bool,
     /// Somebody listens: see [`Rest::taps`].
     pub tapped: bool,
+    /// Its version has another interface than the lane was laid out for.
+    pub adapter: Option<Box<Adapter>>,
     /// Argument cells, in the lane's list.
     pub ins: Range<u32>,
     /// Conversions, in the lane's list.
@@ -104,8 +106,12 @@ impl Lane {
         let now = now.max(block.last);
         let scan = Scan { now, elapsed: if block.ran { now - block.last } else { 0 }, first: block.first };
         let ins = &parts.ins[block.ins.start as usize..block.ins.end as usize];
-        let result = if block.tapped {
-            block.rest.taps.execute(instance, scan, ins, block.out.start, &mut parts.cells)
+        let result = if block.tapped || block.adapter.is_some() {
+            let taps = block.tapped.then_some(&mut block.rest.taps);
+            match &mut block.adapter {
+                Some(adapter) => adapter.execute(instance, scan, taps, &mut parts.cells),
+                None => block.rest.taps.execute(instance, scan, ins, block.out.start, &mut parts.cells),
+            }
         } else {
             instance.execute(scan, ins, block.out.start, &mut parts.cells)
         };
@@ -120,6 +126,10 @@ impl Lane {
         }
         if parts.forces.any() {
             parts.forces.apply(&mut parts.cells, block.quality, block.out.end);
+            // Where the block has grown its results stand elsewhere, too. What another block has there is forced already.
+            if let Some(results) = block.adapter.as_ref().map(|a| a.results()) {
+                parts.forces.apply(&mut parts.cells, results.start, results.end);
+            }
         }
     }
 
@@ -138,9 +148,11 @@ impl Lane {
         let parts = &mut self.parts;
         let block = &parts.blocks[index];
         let Some(instance) = &block.instance else { return };
-        let not_finite = parts.reals[block.reals.start as usize..block.reals.end as usize]
-            .iter()
-            .any(|(cell, mask)| parts.cells[*cell as usize] & mask == *mask);
+        let reals = match &block.adapter {
+            None => &parts.reals[block.reals.start as usize..block.reals.end as usize],
+            Some(adapter) => adapter.reals(),
+        };
+        let not_finite = reals.iter().any(|(cell, mask)| parts.cells[*cell as usize] & mask == *mask);
         let (logged, alarms, status) = (instance.has_log(), block.alarms, block.status);
         if not_finite || block.not_finite {
             self.watch_finite(index, now, not_finite);

@@ -7,7 +7,7 @@
 //!
 //! Everything it needs comes with it and goes back with it: nothing is made or freed in the lane.
 
-use super::{BlockState, Lane, Report};
+use super::{Adapter, BlockState, Growth, Lane, Report};
 use latchwork_block::Instance;
 use latchwork_block::upgrade::Transfer;
 use latchwork_record::Text;
@@ -32,6 +32,8 @@ pub struct Standing {
     pub instance: Option<Instance>,
     /// Number of the version.
     pub version: u64,
+    /// What it needs when it has another interface than the lane was laid out for.
+    pub adapter: Option<Box<Adapter>>,
     pub(super) last: u64,
     pub(super) first: bool,
     pub(super) ran: bool,
@@ -43,10 +45,11 @@ pub struct Standing {
 
 impl Standing {
     /// A version that has not executed in this lane.
-    pub fn new(instance: Instance, version: u64) -> Self {
+    pub fn new(instance: Instance, version: u64, adapter: Option<Box<Adapter>>) -> Self {
         Self {
             instance: Some(instance),
             version,
+            adapter,
             last: 0,
             first: true,
             ran: false,
@@ -64,6 +67,8 @@ pub struct Exchanging {
     pub block: u32,
     /// The version that is not in the lane: first the one that comes, after the exchange the one that went.
     pub other: Standing,
+    /// Ports that the plant has got for it; the lane takes them whatever becomes of the exchange.
+    pub growth: Option<Box<Growth>>,
     /// Where its state comes from.
     pub carry: Carry,
     /// State of the version that comes, one cell per retained field.
@@ -81,7 +86,7 @@ pub struct Exchanging {
 impl Exchanging {
     /// A block and what comes.
     pub fn new(block: u32, comes: Standing, carry: Carry, state: Box<[u64]>) -> Self {
-        Self { block, other: comes, carry, state, state_there: false, baseline: 0, left: 0, spent: 0 }
+        Self { block, other: comes, growth: None, carry, state, state_there: false, baseline: 0, left: 0, spent: 0 }
     }
 }
 
@@ -152,7 +157,12 @@ impl Exchange {
 impl Lane {
     /// Takes an exchange in, and does it at once if nothing has to be timed.
     #[cold]
-    pub(super) fn take_exchange(&mut self, exchange: Box<Exchange>, now: u64, clock: &dyn Fn() -> u64) {
+    pub(super) fn take_exchange(&mut self, mut exchange: Box<Exchange>, now: u64, clock: &dyn Fn() -> u64) {
+        for part in &mut exchange.parts {
+            if let Some(growth) = &mut part.growth {
+                self.grow(part.block as usize, growth);
+            }
+        }
         if exchange.measure == 0 {
             self.exchange(exchange, now, clock);
         } else {
@@ -247,6 +257,7 @@ impl Lane {
         let (block, other) = (&mut self.parts.blocks[index as usize], &mut part.other);
         let rest = &mut *block.rest;
         std::mem::swap(&mut block.instance, &mut other.instance);
+        std::mem::swap(&mut block.adapter, &mut other.adapter);
         std::mem::swap(&mut rest.version, &mut other.version);
         std::mem::swap(&mut block.last, &mut other.last);
         std::mem::swap(&mut block.first, &mut other.first);

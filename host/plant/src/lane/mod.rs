@@ -5,12 +5,14 @@
 //! one that wakes that lane), and logs nothing. Time comes in as an argument, so the same code runs on a real-time thread
 //! and at virtual time. An interrupt lane is a lane with an [`Interrupt`]: see there.
 
+mod adapter;
 mod alarm;
 mod block;
 mod condition;
 mod exchange;
 mod fault;
 mod follow;
+mod grow;
 mod interrupt;
 mod message;
 mod probation;
@@ -21,11 +23,13 @@ mod status;
 mod tap;
 mod trace;
 
+pub use adapter::Adapter;
 pub use block::{Block, BlockState, Rest};
 pub use condition::Condition;
 pub use exchange::{Carry, End, Exchange, Exchanged, Exchanging, Saved, Standing};
 pub use fault::{BACK_OFF, STRIKES};
 pub use follow::{EdgeKind, Event, Feed, Follower, Sender, Simulated, Wake};
+pub use grow::Growth;
 pub use interrupt::{
     Arrival, Arrivals, Cause, DirectInput, DirectNames, DirectOutput, DirectPart, EdgeInput, FOLLOW, Interrupt, Watched,
 };
@@ -93,6 +97,8 @@ pub struct LaneParts {
     pub watchdog: u64,
     /// All cells, the published ones first.
     pub cells: Vec<u64>,
+    /// Number of cells that are published; the region may be longer.
+    pub used: usize,
     /// The lane's region.
     pub region: RegionWriter,
     /// Regions it reads, each with `(slot, cell)`.
@@ -313,7 +319,7 @@ impl Lane {
         self.parts.tracer.scan(stamp, &self.parts.cells);
         self.parts.watch_conditions(stamp);
         self.parts.recorder.settle(stamp);
-        self.parts.region.publish(&self.parts.cells, stamp);
+        self.parts.publish(stamp);
         for follower in &mut self.parts.followers {
             follower.notify(end, &self.parts.cells);
         }
@@ -336,7 +342,7 @@ impl Lane {
     fn publish_state(&mut self, now: u64) {
         self.parts.cells[STATE as usize] = self.state as u64;
         self.parts.recorder.settle(now);
-        self.parts.region.publish(&self.parts.cells, now);
+        self.parts.publish(now);
     }
 }
 
@@ -348,6 +354,12 @@ impl LaneParts {
             reader.gather(wanted, &mut self.cells);
         }
     }
+
+    /// Shows everybody the published cells as they are now.
+    #[inline]
+    fn publish(&mut self, time: u64) {
+        self.region.publish(&self.cells[..self.used], time);
+    }
 }
 
 impl Drop for Lane {
@@ -356,7 +368,7 @@ impl Drop for Lane {
         if self.state == LaneState::Running {
             self.state = LaneState::Faulted;
             self.parts.cells[STATE as usize] = self.state as u64;
-            self.parts.region.publish(&self.parts.cells, 0);
+            self.parts.publish(0);
         }
         self.mark(u64::MAX);
     }

@@ -19,11 +19,12 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 /// A plant, checked.
+#[derive(Clone)]
 pub struct Model {
-    /// The plant file.
-    pub file: PathBuf,
     /// `[plant] name`.
     pub name: String,
+    /// The plant file.
+    pub file: PathBuf,
     /// Lanes in the order of the file.
     pub lanes: Vec<Lane>,
     /// Drivers in the order of the file.
@@ -109,6 +110,7 @@ pub struct Served {
 }
 
 /// One driver.
+#[derive(Clone)]
 pub struct Driver {
     /// Its kind in the file, also when the plant runs with `--sim`.
     pub kind: &'static DriverKind,
@@ -120,9 +122,12 @@ pub struct Driver {
 }
 
 /// One block.
+#[derive(Clone)]
 pub struct Block {
     /// Name, may have dots.
     pub name: String,
+    /// Its component as the plant file names it.
+    pub named: String,
     /// The component it is an instance of.
     pub component: Component,
     /// The device class it is used as.

@@ -101,7 +101,7 @@ pub struct Desk {
     pub(super) region: Option<RegionWriter>,
     pub(crate) cells: Vec<u64>,
     /// Settings as the plant file has them.
-    pub(super) of_file: Vec<u64>,
+    pub(crate) of_file: Vec<u64>,
     /// Per block: staged settings by port.
     pub(crate) staged: BTreeMap<usize, BTreeMap<usize, u64>>,
     pub(super) configuring: Vec<Configuring>,

@@ -217,7 +217,7 @@ impl Operation {
             | Self::Shelve { alarm, .. }
             | Self::Unshelve { alarm }
             | Self::OutOfService { alarm, .. } => (Kind::Command, alarm.clone()),
-            Self::Swap(order) => (Kind::Swap, order.parts.first().map_or("", |p| &p.block).to_owned()),
+            Self::Swap(order) => (Kind::Swap, order.parts.first().map_or("plant", |p| &p.block).to_owned()),
             Self::Rollback { block, .. } => (Kind::Swap, block.clone()),
             Self::CancelSwap { .. } => (Kind::Swap, "plant".into()),
             _ => (Kind::Audit, "plant".into()),

@@ -58,7 +58,7 @@ impl Plant {
         }
         let (mut done, mut writes) = (Vec::new(), Writes::new());
         for (name, ty, block, port, cell) in settings {
-            let effective = self.desk.cells[self.layout.settings[block].start + port];
+            let effective = self.desk.cells[self.layout.settings[block][port]];
             self.desk.staged.entry(block).or_default().insert(port, cell);
             let mut draft = Self::did(now, Kind::Setting, name, "staged", operator);
             (draft.previous, draft.current) = (ty.value(effective), ty.value(cell));
@@ -185,12 +185,12 @@ impl Plant {
     fn taken(&mut self, configuring: Configuring, answer: &Configured, now: u64) {
         let block = configuring.block;
         let model = Arc::clone(&self.model);
-        let start = self.layout.settings[block].start;
         let mut sentences = Vec::new();
         for (port, cell) in &configuring.ports {
             let ty = &model.blocks[block].class.settings[*port].ty;
             let tag = model.tag_name(TagRef::Setting { block, port: *port });
-            let (before, of_file) = (self.desk.cells[start + port], self.desk.of_file[start + port]);
+            let at = self.layout.settings[block][*port];
+            let (before, of_file) = (self.desk.cells[at], self.desk.of_file[at]);
             let kept = json!({ "value": ty.format(*cell), "file": ty.format(of_file) });
             let value = (*cell != of_file).then(|| kept.to_string());
             let mut draft = Self::did(now, Kind::Setting, &tag, "written", &configuring.operator);
@@ -232,7 +232,7 @@ impl Plant {
     /// Settings of a block: in effect; after each one that is staged, with the tag's name and ` (staged)`, that value.
     pub(super) fn read_values(&self, name: &str) -> Result<Vec<TagRow>, Refused> {
         let block = self.block(name)?;
-        let (start, mut rows) = (self.layout.settings[block].start, Vec::new());
+        let (places, mut rows) = (&self.layout.settings[block], Vec::new());
         for (port, p) in self.model.blocks[block].class.settings.iter().enumerate() {
             let row = |tag: String, cell| TagRow {
                 tag,
@@ -242,7 +242,7 @@ impl Plant {
                 forced: false,
             };
             let tag = self.model.tag_name(TagRef::Setting { block, port });
-            rows.push(row(tag.clone(), self.desk.cells[start + port]));
+            rows.push(row(tag.clone(), self.desk.cells[places[port]]));
             if let Some(cell) = self.desk.staged.get(&block).and_then(|s| s.get(&port)) {
                 rows.push(row(format!("{tag} (staged)"), *cell));
             }

@@ -21,14 +21,22 @@ pub(super) fn broken(model: &Model, uses: &Uses, block: usize, new: &Class) -> (
     let (mut broken, mut notes) = (Vec::new(), Vec::new());
     let class = &model.blocks[block].class;
     for change in &Difference::new(class, new).ports {
-        let Some(tag) = tag(class, block, change) else { continue };
         let what = match &change.change {
-            Change::Added { .. } => continue,
+            Change::Added { .. } => {
+                if change.part == Part::Inputs {
+                    let name = format!("{}.inputs.{}", model.blocks[block].name, change.name);
+                    notes.push(format!(
+                        "`{name}` is new: it reads 0 until a plant file wires it, a signal with quality bad"
+                    ));
+                }
+                continue;
+            }
             Change::Gone { .. } => "the new version does not have it".to_owned(),
             // Whether a port carries its own quality breaks no wire.
             Change::Type { .. } if same_type(class, new, change) => continue,
             Change::Type { from, to } => format!("it is {to} in the new version, not {from}"),
         };
+        let Some(tag) = tag(class, block, change) else { continue };
         let users = users(model, uses, tag);
         let name = model.tag_name(tag);
         if users.is_empty() && !matches!(change.part, Part::Retained) {

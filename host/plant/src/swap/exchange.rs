@@ -19,13 +19,19 @@ impl Plant {
         let known = ready.iter().all(|r| r.baseline > 0);
         let timed = swap.probation > 0 && !known && every > 0 && self.time == Time::Real;
         let measure = if timed { (MEASURE_TIME / every).clamp(1, MEASURE) } else { 0 };
+        self.has_room(&ready)?;
+        if self.supervisor.lanes[swap.lane].requests.slots() == 0 {
+            return Err("its lane has not taken earlier requests; does it run?".into());
+        }
         let (mut parts, mut saved, mut coming) = (Vec::new(), Vec::new(), Vec::new());
         for part in ready {
+            let growth = self.grow(part.block, &part.recipe)?;
             let running = self.supervisor.recipes[part.block].template.class();
             saved.push(Saved { cells: vec![0; running.retained.len()].into(), there: false });
-            let standing = Standing::new(part.instance, part.recipe.version);
+            let adapter = self.adapter(part.block, part.recipe.template.class());
+            let standing = Standing::new(part.instance, part.recipe.version, adapter);
             let mut exchanging = Exchanging::new(self.desk.places[part.block], standing, part.carry, part.state);
-            exchanging.baseline = part.baseline;
+            (exchanging.growth, exchanging.baseline) = (growth, part.baseline);
             parts.push(exchanging);
             coming.push(Coming { component: part.component, recipe: part.recipe, was: part.was });
         }
@@ -69,6 +75,7 @@ impl Plant {
             }
             let release = std::mem::replace(&mut history.current, release);
             history.push(Earlier { release, recipe, state, instance: None });
+            self.show_ports(*block);
             self.show_settings(*block, now);
         }
         let transition = if swap.back { "rolled-back" } else { "exchanged" };
@@ -135,6 +142,7 @@ impl Plant {
                 let state = part.state_there.then_some(part.state);
                 history.push(Earlier { release, recipe, state, instance: part.other.instance });
             }
+            self.show_ports(*block);
             self.show_settings(*block, now);
         }
     }

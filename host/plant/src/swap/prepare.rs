@@ -8,7 +8,7 @@ use super::{BlockPlan, Version};
 use crate::lane::Carry;
 use crate::model::Model;
 use crate::supervisor::Recipe;
-use latchwork_block::upgrade::{Difference, Fate, Mapping, Transfer};
+use latchwork_block::upgrade::{Difference, Fate, Transfer};
 use latchwork_block::{Class, Component, Engine, Fault, Instance};
 use latchwork_image::nearest;
 use std::collections::BTreeMap;
@@ -157,7 +157,6 @@ impl Context<'_> {
         let plan = plan.insert(self.plan(part, &component, &recipe, &settings, &retained));
 
         let mut problems = plan.broken.clone();
-        problems.extend(self.other_ports(part.block, &class));
         let given = given(&class, &part.settings, &mut problems);
         for field in settings
             .refused()
@@ -220,9 +219,8 @@ impl Context<'_> {
         let retained = Transfer::new(&old.retained, &class.retained, true);
         let plan = plan.insert(self.plan(part, &release.component, &recipe, &settings, &retained));
         plan.state.clear();
-        let problems: Vec<_> = plan.broken.iter().cloned().chain(self.other_ports(part.block, &class)).collect();
-        if !problems.is_empty() {
-            return Err(problems.join("; "));
+        if !plan.broken.is_empty() {
+            return Err(plan.broken.join("; "));
         }
         settings.apply(&part.recipe.settings, &mut recipe.settings);
         // The instance that was replaced, if it still takes its settings; or one that gets its state.
@@ -255,12 +253,6 @@ impl Context<'_> {
             given: BTreeMap::new(),
             based: part.recipe.settings.clone(),
         })
-    }
-
-    /// Why the lane cannot execute a class in the place of the one that it was laid out for.
-    fn other_ports(&self, block: usize, class: &Class) -> Option<String> {
-        let same = Mapping::new(&self.model.blocks[block].class, class).is_identity();
-        (!same).then(|| "its ports are others than those the plant was started with".to_owned())
     }
 
     fn plan(

@@ -51,7 +51,10 @@ impl Plant {
     pub(crate) fn show_settings(&mut self, block: usize, now: u64) {
         let (laid_out, recipe) = (&self.model.blocks[block].class, &self.supervisor.recipes[block]);
         let transfer = Transfer::new(&recipe.template.class().settings, &laid_out.settings, true);
-        transfer.apply(&recipe.settings, &mut self.desk.cells[self.layout.settings[block].clone()]);
+        let places = &self.layout.settings[block];
+        let mut shown: Vec<_> = places.iter().map(|at| self.desk.cells[*at]).collect();
+        transfer.apply(&recipe.settings, &mut shown);
+        places.iter().zip(shown).for_each(|(at, cell)| self.desk.cells[*at] = cell);
         self.desk.publish(now);
     }
 

@@ -2,10 +2,10 @@
 
 use latchwork_block::upgrade::{Field, PortChange};
 pub use latchwork_testbed::replay::{Deviation, FailedRun};
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 /// How far a swap is.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Stage {
     /// Loaded, checked, compiled, instantiated, configured, off the lanes.
@@ -36,7 +36,7 @@ impl Stage {
 }
 
 /// A swap and how far it is.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub struct SwapStatus {
     /// Its number since the plant's start, from 1.
@@ -66,7 +66,7 @@ pub struct SwapStatus {
 }
 
 /// A version of a block.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub struct Version {
     /// Component, its file's name without `.wasm`.
@@ -84,7 +84,7 @@ pub struct Version {
 }
 
 /// What a swap would change in one block.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub struct BlockPlan {
     /// Block.
@@ -106,7 +106,7 @@ pub struct BlockPlan {
 }
 
 /// What the shadow of one block has seen.
-#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub struct ShadowReport {
     /// Block.

@@ -63,7 +63,8 @@ impl Plant {
     fn prepared(&mut self, mut swap: Swap, prepared: Prepared, took: u64, now: u64) -> Step {
         swap.status.prepare_ns = took;
         swap.status.blocks = prepared.plans;
-        match prepared.ready {
+        let ready = prepared.ready.and_then(|ready| self.has_room(&ready).map(|()| ready));
+        match ready {
             Err(why) => Step::End(swap, Stage::Refused, why),
             Ok(_) if swap.dry_run => Step::End(swap, Stage::Planned, String::new()),
             Ok(ready) => self.go_on(swap, ready, now),

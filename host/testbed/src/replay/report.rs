@@ -2,10 +2,10 @@
 
 use latchwork_block::Class;
 use latchwork_image::{Quality, Type, format_duration};
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 /// An output or alarm that was different.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub struct Deviation {
     /// `outputs.PORT` or `alarms.NAME`.
@@ -27,7 +27,7 @@ pub struct Deviation {
 }
 
 /// A fault and what led to it.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub struct FailedRun {
     /// Kind: `trap`, `budget`, …
@@ -62,7 +62,7 @@ pub fn named(class: &Class, arguments: &[u64]) -> Vec<(String, String)> {
 }
 
 /// What a replay of one block has found.
-#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub struct Replayed {
     /// Block.
@@ -102,7 +102,7 @@ pub struct Replayed {
 }
 
 /// A component.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Other {
     /// Name.
     pub component: String,

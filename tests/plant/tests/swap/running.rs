@@ -141,7 +141,10 @@ fn a_plan_tells_everything_and_changes_nothing() {
 fn the_status_tells_what_runs_since_when_and_by_whom() {
     let plant = Running::new();
     let before = plant.row(0);
-    assert_eq!((&before["component"], &before["differs"], &before["versions"]), (&"v1".into(), &false.into(), &0.into()));
+    assert_eq!(
+        (&before["component"], &before["differs"], &before["versions"]),
+        (&"v1".into(), &false.into(), &0.into())
+    );
     let number = plant.swap(order(&Counter::new(2), 1_000_000));
     let status = plant.until(number, Stage::Probation);
     assert!(status.left > 0 && status.exchanged_at > 0, "{status:#?}");
@@ -175,7 +178,10 @@ fn orders_that_cannot_be_begun_are_refused_at_once() {
         refused(order)
     };
     assert_eq!(with(&|p| p.block = "cuont".into()).1, "there is no block `cuont`; did you mean `count`?");
-    assert_eq!(with(&|p| p.bytes = vec![0; 100 << 20].into()).1, "`v2.wasm` has 100 MiB; a component of up to 64 MiB is taken");
+    assert_eq!(
+        with(&|p| p.bytes = vec![0; 100 << 20].into()).1,
+        "`v2.wasm` has 100 MiB; a component of up to 64 MiB is taken"
+    );
     assert_eq!(refused(SwapOrder { parts: Vec::new(), ..order(&Counter::new(2), 10) }).0, "value");
     let number = plant.swap(order(&Counter::new(2), 1_000_000));
     let (reason, why) = refused(order(&Counter::new(3), 10));

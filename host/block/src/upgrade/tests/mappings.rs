@@ -128,6 +128,56 @@ proptest! {
         );
     }
 
+    /// Wherever the laid-out version's cells stand, the same comes of it, and nothing else is touched.
+    #[test]
+    fn cells_may_stand_anywhere(
+        laid_out in class(),
+        executed in class(),
+        seed in prop::collection::vec(any::<u64>(), 12),
+        places in Just((0..64u32).collect::<Vec<_>>()).prop_shuffle(),
+    ) {
+        let mapping = Mapping::new(&laid_out, &executed);
+        let (ins, outs) = (laid_out.argument_cells(), laid_out.output_cells());
+        let (ins, outs) = (&places[..ins], &places[ins..ins + outs]);
+        let placed = mapping.clone().placed(ins, outs);
+        let mut lane: Vec<u64> = (0..64).map(|i| seed[i % 12].rotate_left(i as u32)).collect();
+        let gather = |lane: &[u64], at: &[u32]| at.iter().map(|at| lane[*at as usize]).collect::<Vec<_>>();
+
+        let mut cells = [vec![0x55; executed.argument_cells()], vec![0x55; executed.argument_cells()]];
+        mapping.arguments(&gather(&lane, ins), &mut cells[0]);
+        placed.arguments(&lane, &mut cells[1]);
+        prop_assert_eq!(&cells[0], &cells[1]);
+
+        let given = random(&executed.outputs, &executed.alarms, &seed);
+        let (mut expected, before) = (gather(&lane, outs), lane.clone());
+        mapping.results(&given, &mut expected);
+        placed.results(&given, &mut lane);
+        prop_assert_eq!(gather(&lane, outs), expected);
+        let others = (0..64u32).filter(|at| !outs.contains(at)).collect::<Vec<_>>();
+        prop_assert_eq!(gather(&lane, &others), gather(&before, &others));
+    }
+
+    /// A class that has what two versions have: each of them finds all its own in it, and the first one everything where it was.
+    #[test]
+    fn a_union_has_what_both_have(one in class(), other in class()) {
+        let both = one.with(&other);
+        prop_assert_eq!(&both.inputs[..one.inputs.len()], &one.inputs[..]);
+        prop_assert_eq!(&both.outputs[..one.outputs.len()], &one.outputs[..]);
+        prop_assert_eq!(&both.commands[..one.commands.len()], &one.commands[..]);
+        prop_assert_eq!(&both.alarms[..one.alarms.len()], &one.alarms[..]);
+        for (ports, others, before) in
+            [(&both.inputs, &other.inputs, &one.inputs), (&both.outputs, &other.outputs, &one.outputs)]
+        {
+            for port in others {
+                let found: Vec<_> = ports.iter().filter(|p| p.path == port.path).collect();
+                prop_assert_eq!(found.len(), 1);
+                prop_assert!(found[0] == port || before.contains(found[0]));
+            }
+        }
+        let again = both.with(&other);
+        prop_assert_eq!((again.inputs.len(), again.alarms.len()), (both.inputs.len(), both.alarms.len()));
+    }
+
     /// Versions with the same ports, however documented, are recognised; then everything is copied as it is.
     #[test]
     fn identity_is_recognised(class in class(), other in class(), seed in prop::collection::vec(any::<u64>(), 12)) {

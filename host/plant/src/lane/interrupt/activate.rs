@@ -103,7 +103,7 @@ impl Lane {
     /// Publishes the cells as they are; outputs are those of the last execution.
     fn show(&mut self) {
         // The region's time is that of the last execution: nothing of it is younger.
-        self.parts.region.publish(&self.parts.cells, self.moment.stamp);
+        self.parts.publish(self.moment.stamp);
     }
 
     /// The lane's view of the plant: foreign regions, levels of its own lines. True when a level differs from the last one.
