@@ -160,6 +160,7 @@ fn build(checker: &mut Checker, file: &file::PlantFile, engine: &Engine, path: &
         recorder: None,
         sinks,
         journal: sinks::journal(file),
+        retain_every: file.retain.duration("every").unwrap_or(crate::retain::EVERY),
     };
     model.recorder = recorder::recorder(checker, file, &model);
     // Only in a model whose indices are all right is the order of blocks that of the file.
