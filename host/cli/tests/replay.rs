@@ -123,3 +123,44 @@ fn recorded_time_is_written_as_a_component_test_with_its_component_beside_it() {
     let test = test.split_once('\n').map_or("", |(_, rest)| rest);
     insta::assert_snapshot!("exported", test);
 }
+
+/// Fenced blocks of a page: language and text.
+fn fenced(page: &str) -> Vec<(&str, &str)> {
+    let mut blocks = Vec::new();
+    let mut rest = page;
+    while let Some((_, after)) = rest.split_once("```") {
+        let (language, after) = after.split_once('\n').expect("a line");
+        let (text, after) = after.split_once("```").expect("the end of a block");
+        blocks.push((language, text));
+        rest = after;
+    }
+    blocks
+}
+
+#[test]
+fn the_page_of_the_flight_recorder_shows_what_happens() {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs/flight-recorder.md");
+    let page = std::fs::read_to_string(&path).expect("the page");
+    let folder = TempDir::new().expect("a temporary folder");
+    std::os::unix::fs::symlink(target(), folder.path().join("target")).expect("a link");
+    let mut made = page.clone();
+    for (language, block) in fenced(&page) {
+        match language {
+            "toml" => std::fs::write(folder.path().join("plant.toml"), block).expect("the plant file"),
+            "csv" => std::fs::write(folder.path().join("stimulus.csv"), block).expect("the stimulus"),
+            "console" => {
+                let mut shown = String::new();
+                for command in block.lines().filter_map(|l| l.strip_prefix("$ latchwork ")) {
+                    let args: Vec<_> = command.split_whitespace().collect();
+                    shown += &format!("$ latchwork {command}\n{}", text(&latchwork(folder.path(), &args)));
+                }
+                made = made.replace(&format!("```console\n{block}```"), &format!("```console\n{shown}```"));
+            }
+            _ => {}
+        }
+    }
+    if std::env::var_os("LATCHWORK_BLESS").is_some() {
+        std::fs::write(&path, &made).expect("the page can be written");
+    }
+    assert_eq!(made, page, "run with LATCHWORK_BLESS=1 to write the page anew");
+}

@@ -59,7 +59,8 @@ mod tests {
     #[test]
     fn other_texts_are_no_schema() {
         let flags = format!("a:flags({})", vec!["x"; 33].join("|"));
-        for wrong in ["a", "a:", ":u8", "a:u7", "a:u8,", "a:enum", "a:enum()", "a:enum(x|)", "a b:u8", "a:u8+", &flags] {
+        for wrong in ["a", "a:", ":u8", "a:u7", "a:u8,", "a:enum", "a:enum()", "a:enum(x|)", "a b:u8", "a:u8+", &flags]
+        {
             assert_eq!(read_schema(wrong), None, "{wrong}");
         }
     }

@@ -36,7 +36,8 @@ impl Plant {
         }
         for (name, saved) in found.retained.blocks.iter().filter(|(name, _)| !states.blocks.contains_key(*name)) {
             let mut draft = Draft::new(0, Kind::Event, name, "forgotten");
-            draft.text = format!("no block of this name retains its state any more; it was saved at {}", rfc3339(saved.wall));
+            draft.text =
+                format!("no block of this name retains its state any more; it was saved at {}", rfc3339(saved.wall));
             self.tell(draft, Vec::new());
         }
         if let Some(last) = states.blocks.values().map(|s| s.wall).max().filter(|_| restored > 0) {
@@ -69,7 +70,11 @@ impl Plant {
         if !lost.is_empty() {
             return Err(format!("its state would lose something: {}", lost.join(", ")));
         }
-        if !transfer.fields().iter().any(|f| matches!(f.fate, Fate::Carried | Fate::Converted { .. } | Fate::Lossy { .. })) {
+        if !transfer
+            .fields()
+            .iter()
+            .any(|f| matches!(f.fate, Fate::Carried | Fate::Converted { .. } | Fate::Lossy { .. }))
+        {
             return Err("none of the fields of its state is there any more".into());
         }
         // New fields take what the block starts with.

@@ -110,12 +110,12 @@ impl Plant {
                 self.swaps.end(swap, Stage::Done, why.as_str().into());
             }
             End::RolledBack(why) => {
-                self.go_back(&swap, parts, false, ended);
+                self.go_back(&swap, parts, false, [ended, now]);
                 self.tell_swap(&swap, "rolled-back", why.as_str(), ended);
                 self.swaps.end(swap, Stage::RolledBack, why.as_str().into());
             }
             End::Returned => {
-                self.go_back(&swap, parts, true, ended);
+                self.go_back(&swap, parts, true, [ended, now]);
                 self.taken_back(swap, ended);
             }
         }
@@ -133,7 +133,7 @@ impl Plant {
     }
 
     /// The versions before execute again.
-    fn go_back(&mut self, swap: &Swap, parts: Vec<Exchanging>, wanted: bool, ended: u64) {
+    fn go_back(&mut self, swap: &Swap, parts: Vec<Exchanging>, wanted: bool, [ended, now]: [u64; 2]) {
         for (block, part) in swap.blocks.iter().zip(parts) {
             let Some(history) = self.swaps.histories.get_mut(block) else { continue };
             let Some(mut before) = history.earlier.pop_back() else { continue };
@@ -148,7 +148,7 @@ impl Plant {
             }
             self.retain_version(*block, &runs_again, now);
             self.show_ports(*block);
-            self.show_settings(*block, ended);
+            self.show_settings(*block, now);
         }
     }
 }
