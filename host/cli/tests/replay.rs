@@ -54,7 +54,8 @@ inputs.pv = 3
     std::fs::write(folder.path().join("stairs.toml"), plant).expect("the plant file");
     std::fs::write(folder.path().join("push.csv"), "time,tag,value\n1s,hall.button,true\n1.2s,hall.button,false\n")
         .expect("the stimulus");
-    let args = ["run", "stairs.toml", "--speed", "max", "--for", "5s", "--stimulus", "push.csv", "--data", "data", "-q"];
+    let args =
+        ["run", "stairs.toml", "--speed", "max", "--for", "5s", "--stimulus", "push.csv", "--data", "data", "-q"];
     let ran = latchwork(folder.path(), &args);
     assert_eq!(ran.status.code(), Some(0), "{}", text(&ran));
     folder
@@ -103,7 +104,11 @@ fn what_is_wrong_is_said_with_the_way_out() {
         (vec!["replay", "data/recorder", "--with", &ton], 2, "--block"),
         (vec!["replay", "data/recorder", "--block", "light", "--with", &ton], 1, "latchwork:device/tof"),
         (vec!["replay", "data/recorder", "--from", "yesterday"], 2, "expected plant time"),
-        (vec!["replay", "data/recorder", "--block", "light", "--with", &ton, "--tolerance", "x"], 2, "expected TAG=NUMBER"),
+        (
+            vec!["replay", "data/recorder", "--block", "light", "--with", &ton, "--tolerance", "x"],
+            2,
+            "expected TAG=NUMBER",
+        ),
     ];
     for (args, code, sentence) in cases {
         let output = latchwork(folder.path(), &args);

@@ -149,7 +149,7 @@ fn a_changed_recording_is_found_different() {
         let mut writer = latchwork_testbed::replay::Writer::new(segment.head.clone());
         let mut events = segment.events();
         let mut at = 0;
-        while let Some(event) = events.next().expect("whole") {
+        while let Some(event) = events.next_event().expect("whole") {
             let Event::Execution { scan, arguments, outputs: Some(outputs) } = event else { continue };
             let mut outputs = outputs.to_vec();
             outputs[1] ^= u64::from(n == 1 && at == 7);
@@ -198,7 +198,7 @@ fn settings_and_commands_are_in_the_recording() {
     let mut settings = 0;
     for segment in segments {
         let mut events = segment.events();
-        while let Some(event) = events.next().expect("whole") {
+        while let Some(event) = events.next_event().expect("whole") {
             settings += u64::from(matches!(event, Event::Settings { .. }));
         }
     }

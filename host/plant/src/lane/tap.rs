@@ -86,8 +86,8 @@ pub fn tap(class: &Class, frames: usize, timer: Option<Timer>) -> (Box<Tap>, Tap
 
 impl Tap {
     /// For this version of the block alone ([`crate::supervisor::Recipe::version`]): with another one it ends at once.
-    pub fn only(self: Box<Self>, version: u64) -> Box<Self> {
-        Box::new(Self { version: Some(version), ..*self })
+    pub fn only(&mut self, version: u64) {
+        self.version = Some(version);
     }
 
     fn send(&mut self, kind: u64, flags: u64, words: usize) {
@@ -298,7 +298,7 @@ pub enum State<'a> {
 
 impl TapReader {
     /// The next frame and the number of frames missed before it; `None` when there is none yet.
-    pub fn next(&mut self) -> Option<(u32, Frame<'_>)> {
+    pub fn next_frame(&mut self) -> Option<(u32, Frame<'_>)> {
         let header = *self.from.peek().ok()?;
         let words = (header >> LENGTH & 0xffff) as usize;
         // Frames are written whole: what the header announces is there.

@@ -106,7 +106,7 @@ impl Channel {
         let mut turn = Turn::default();
         let Some(mut reader) = self.reader.take() else { return turn };
         let mut ended = false;
-        while let Some((missed, frame)) = reader.next() {
+        while let Some((missed, frame)) = reader.next_frame() {
             if missed > 0 {
                 turn.missed += u64::from(missed);
                 self.add(Event::Missed(missed.into()));

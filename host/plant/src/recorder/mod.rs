@@ -89,9 +89,9 @@ impl Plant {
             }
             let recipe = &self.supervisor.recipes[block];
             let (class, settings) = (recipe.template.class().clone(), recipe.settings.clone());
-            let (lane_end, reader) = tap(&class, ROOM, None);
+            let (mut lane_end, reader) = tap(&class, ROOM, None);
             // The lane may have another version already, which the recipe has in the next turn.
-            let lane_end = lane_end.only(recipe.version);
+            lane_end.only(recipe.version);
             let request = Request::Tap { block: place, slot: TapSlot::Recorder, tap: lane_end };
             if self.supervisor.send(lane, request).is_err() {
                 continue;

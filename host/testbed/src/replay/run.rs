@@ -206,7 +206,7 @@ impl Replay<'_> {
         self.following = Some(head.number + 1);
         let mut events = segment.events();
         loop {
-            let event = match events.next() {
+            let event = match events.next_event() {
                 Ok(Some(event)) => event,
                 Ok(None) => return Ok(()),
                 Err(damaged) => {
