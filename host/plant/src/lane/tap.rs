@@ -178,6 +178,11 @@ impl Taps {
 }
 
 impl Lane {
+    /// Before the first scan: puts a tap on a block.
+    pub(crate) fn tap_at_start(&mut self, index: usize, slot: TapSlot, tap: Box<Tap>) {
+        self.tap(index, slot, tap, 0);
+    }
+
     /// Puts a tap on a block; its first frame is the block's state.
     #[cold]
     pub(super) fn tap(&mut self, index: usize, slot: TapSlot, tap: Box<Tap>, now: u64) {

@@ -76,11 +76,11 @@ impl Plant {
             let first = config.keyframe / blocks * (n as u64 + 1);
             recorder.channels.push(Channel::new(*block, lane, place, first));
         }
-        self.listen();
+        self.listen(true);
     }
 
-    /// Taps what is not tapped: at the start, and what became another version.
-    fn listen(&mut self) {
+    /// Taps what is not tapped: all of it before the first scan, later what became another version.
+    fn listen(&mut self, at_start: bool) {
         for index in 0..self.recorder.channels.len() {
             let channel = &self.recorder.channels[index];
             let (block, lane, place) = (channel.block(), channel.lane(), channel.place());
@@ -92,9 +92,14 @@ impl Plant {
             let (mut lane_end, reader) = tap(&class, ROOM, None);
             // The lane may have another version already, which the recipe has in the next turn.
             lane_end.only(recipe.version);
-            let request = Request::Tap { block: place, slot: TapSlot::Recorder, tap: lane_end };
-            if self.supervisor.send(lane, request).is_err() {
-                continue;
+            if at_start {
+                // Not by a request: a lane takes but some of them in its first scan.
+                self.lanes[lane].tap_at_start(place as usize, TapSlot::Recorder, lane_end);
+            } else {
+                let request = Request::Tap { block: place, slot: TapSlot::Recorder, tap: lane_end };
+                if self.supervisor.send(lane, request).is_err() {
+                    continue;
+                }
             }
             let (of, component) = (&self.model.blocks[block], self.component_of(block));
             let head = latchwork_testbed::replay::Head {
@@ -141,7 +146,7 @@ impl Plant {
         }
         self.tell_missed(all.missed, now);
         self.ask_for_states(now);
-        self.listen();
+        self.listen(false);
     }
 
     /// Everything that is in memory, as a recording in one file.
