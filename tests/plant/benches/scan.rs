@@ -109,7 +109,7 @@ fn taps(c: &mut Criterion) {
                     black_box(plant.lanes[0].scan(now, now, || now + (start.elapsed().as_nanos() as u64 & 0xff)));
                     took += begun.elapsed();
                     if what == "written" {
-                        readers.iter_mut().for_each(|r| while r.next().is_some() {});
+                        readers.iter_mut().for_each(|r| while r.next_frame().is_some() {});
                     }
                 }
                 took

@@ -132,7 +132,7 @@ fn taps_of_every_block_allocate_nothing_whether_they_are_read_or_full() {
             }
             // Nobody reads for the shadow: those rings are full.
             for (_, reader) in readers.iter_mut().filter(|(slot, _)| *slot == TapSlot::Recorder) {
-                while reader.next().is_some() {
+                while reader.next_frame().is_some() {
                     frames += 1;
                 }
             }

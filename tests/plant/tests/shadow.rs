@@ -133,7 +133,9 @@ fn settings_that_the_running_block_gets_meanwhile_reach_the_candidate() {
     let mut shadow = shadow(&mut plant, 0, instance("multivibrator", &settings), &settings);
     (0..10).for_each(|i| scan(&mut plant, i));
     let cells: Box<[u64]> = settings.iter().map(|_| 70 * MS).collect();
-    assert!(plant.supervisor.send(0, Request::Configure { block: 0, number: 1, cells }).is_ok());
+    assert!(
+        plant.supervisor.send(0, Request::Configure { block: 0, number: 1, version: 0, cells, waiting: None }).is_ok()
+    );
     assert_eq!(run(&mut plant, 10, &mut shadow), Verdict::Same);
     assert_eq!(shadow.report().executions, 50);
 }

@@ -45,7 +45,7 @@ fn scan(plant: &mut Plant, from: u64, n: u64) {
 /// What a tap told, a line per frame.
 fn told(reader: &mut TapReader) -> Vec<String> {
     let mut lines = Vec::new();
-    while let Some((missed, frame)) = reader.next() {
+    while let Some((missed, frame)) = reader.next_frame() {
         let lost = if missed > 0 { format!("after {missed} missed: ") } else { String::new() };
         lines.push(match frame {
             Frame::Execution { scan, arguments, outputs, .. } => {
@@ -81,7 +81,7 @@ fn a_tap_put_on_later_begins_with_what_the_block_retains() {
     scan(&mut plant, 0, 12);
     let mut reader = listen(&mut plant, 1, 16);
     scan(&mut plant, 12, 1);
-    let (_, frame) = reader.next().expect("a frame");
+    let (_, frame) = reader.next_frame().expect("a frame");
     let Frame::State { last, state: TapState::Retained(cells) } = frame else { panic!("{frame:?}") };
     assert_eq!(last, 110 * MS);
     assert_eq!(cells.len(), plant.model.blocks[1].class.retained.len());
@@ -165,7 +165,7 @@ fn commands_are_among_the_arguments_for_the_execution_that_sees_them() {
     send(&mut plant, Request::Command { block: 0, bit: 0, mode: Mode::OneShot });
     scan(&mut plant, 1, 2);
     let mut words = Vec::new();
-    while let Some((_, frame)) = reader.next() {
+    while let Some((_, frame)) = reader.next_frame() {
         if let Frame::Execution { arguments, .. } = frame {
             words.push(arguments[class.argument_cells() - 1]);
         }

@@ -118,7 +118,9 @@ fn text(r: &Replayed) -> String {
     if r.missed > 0 {
         let _ = writeln!(text, "  {} executions are not in the recording", r.missed);
     }
-    r.notes.iter().for_each(|note| drop(writeln!(text, "  note: {note}")));
+    for note in &r.notes {
+        let _ = writeln!(text, "  note: {note}");
+    }
     text
 }
 

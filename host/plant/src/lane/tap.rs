@@ -56,6 +56,10 @@ pub struct Tap {
     missed: u32,
     ended: bool,
     timer: Option<Timer>,
+    /// It is for this version of the block alone.
+    version: Option<u64>,
+    /// Argument and output cells of the class it was made for.
+    shape: (usize, usize),
 }
 
 /// The taps of a block, by [`TapSlot`].
@@ -68,11 +72,24 @@ pub fn tap(class: &Class, frames: usize, timer: Option<Timer>) -> (Box<Tap>, Tap
     let (arguments, outputs) = (class.argument_cells(), class.output_cells());
     let longest = (HEAD + arguments + outputs).max(2 + class.retained.len()).max(1 + class.settings.len());
     let (to, from) = rtrb::RingBuffer::new(longest * frames.max(2));
-    let tap = Tap { to, frame: vec![0; longest].into(), missed: 0, ended: false, timer };
+    let tap = Tap {
+        to,
+        frame: vec![0; longest].into(),
+        missed: 0,
+        ended: false,
+        timer,
+        version: None,
+        shape: (arguments, outputs),
+    };
     (Box::new(tap), TapReader { from, buffer: vec![0; longest], arguments })
 }
 
 impl Tap {
+    /// For this version of the block alone ([`crate::supervisor::Recipe::version`]): with another one it ends at once.
+    pub fn only(&mut self, version: u64) {
+        self.version = Some(version);
+    }
+
     fn send(&mut self, kind: u64, flags: u64, words: usize) {
         if self.ended {
             return;
@@ -161,11 +178,23 @@ impl Taps {
 }
 
 impl Lane {
+    /// Before the first scan: puts a tap on a block.
+    pub(crate) fn tap_at_start(&mut self, index: usize, slot: TapSlot, tap: Box<Tap>) {
+        self.tap(index, slot, tap, 0);
+    }
+
     /// Puts a tap on a block; its first frame is the block's state.
     #[cold]
     pub(super) fn tap(&mut self, index: usize, slot: TapSlot, tap: Box<Tap>, now: u64) {
         self.untap(index, slot);
         let Some(block) = self.parts.blocks.get_mut(index) else { return };
+        let mut tap = tap;
+        let shape = |i: &Instance| (i.class().argument_cells(), i.class().output_cells());
+        let other = block.instance.as_ref().is_some_and(|i| shape(i) != tap.shape);
+        if other || tap.version.is_some_and(|version| version != block.rest.version) {
+            tap.end();
+            return self.send(Report::Tap(tap));
+        }
         match &mut block.rest.taps.0[slot as usize] {
             free @ None => *free = Some(tap),
             // The old one did not get away: the reader of the new one sees that it was abandoned.
@@ -274,7 +303,7 @@ pub enum State<'a> {
 
 impl TapReader {
     /// The next frame and the number of frames missed before it; `None` when there is none yet.
-    pub fn next(&mut self) -> Option<(u32, Frame<'_>)> {
+    pub fn next_frame(&mut self) -> Option<(u32, Frame<'_>)> {
         let header = *self.from.peek().ok()?;
         let words = (header >> LENGTH & 0xffff) as usize;
         // Frames are written whole: what the header announces is there.

@@ -58,7 +58,7 @@ impl Channel {
     }
 
     /// Bytes that are in no segment yet.
-    pub(super) fn open_bytes(&self) -> usize {
+    fn open_bytes(&self) -> usize {
         self.writer.as_ref().map_or(0, Writer::len)
     }
 
@@ -78,6 +78,11 @@ impl Channel {
     /// What has happened so far as a segment.
     pub(super) fn cut(&mut self) -> Option<Segment> {
         self.begin(Start::Continued)
+    }
+
+    /// The same, and it goes on as if nobody had looked.
+    pub(super) fn so_far(&self) -> Option<Segment> {
+        self.writer.clone()?.cut(Start::Continued)
     }
 
     fn begin(&mut self, start: Start) -> Option<Segment> {
@@ -101,7 +106,7 @@ impl Channel {
         let mut turn = Turn::default();
         let Some(mut reader) = self.reader.take() else { return turn };
         let mut ended = false;
-        while let Some((missed, frame)) = reader.next() {
+        while let Some((missed, frame)) = reader.next_frame() {
             if missed > 0 {
                 turn.missed += u64::from(missed);
                 self.add(Event::Missed(missed.into()));

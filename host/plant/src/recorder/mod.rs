@@ -33,7 +33,7 @@ const CALM: u64 = 10_000_000_000;
 
 /// What is recorded.
 #[derive(Default)]
-pub struct Recorder {
+pub(crate) struct Recorder {
     channels: Vec<Channel>,
     ring: Ring,
     spill: Option<Spill>,
@@ -65,9 +65,10 @@ impl Plant {
         recorder.run = recorder.spill.as_ref().map_or(1, Spill::run);
         recorder.keyframe = config.keyframe;
         recorder.real_time = self.time == Time::Real;
-        recorder.ring = Ring::new(config.memory);
         // Of the memory half at most is in segments that are not cut yet.
-        recorder.cut = SEGMENT.min(config.memory / (2 * blocks)) as usize;
+        let cut = SEGMENT.min(config.memory / (2 * blocks));
+        recorder.cut = cut as usize;
+        recorder.ring = Ring::new(config.memory - cut * blocks);
         for (n, block) in config.blocks.iter().enumerate() {
             let lane = self.model.blocks[*block].lane;
             let place = self.layout.lanes[lane].blocks.iter().position(|b| b.block == *block).unwrap_or(0) as u32;
@@ -75,11 +76,11 @@ impl Plant {
             let first = config.keyframe / blocks * (n as u64 + 1);
             recorder.channels.push(Channel::new(*block, lane, place, first));
         }
-        self.listen();
+        self.listen(true);
     }
 
-    /// Taps what is not tapped: at the start, and what became another version.
-    fn listen(&mut self) {
+    /// Taps what is not tapped: all of it before the first scan, later what became another version.
+    fn listen(&mut self, at_start: bool) {
         for index in 0..self.recorder.channels.len() {
             let channel = &self.recorder.channels[index];
             let (block, lane, place) = (channel.block(), channel.lane(), channel.place());
@@ -88,20 +89,27 @@ impl Plant {
             }
             let recipe = &self.supervisor.recipes[block];
             let (class, settings) = (recipe.template.class().clone(), recipe.settings.clone());
-            let (lane_end, reader) = tap(&class, ROOM, None);
-            let request = Request::Tap { block: place, slot: TapSlot::Recorder, tap: lane_end };
-            if self.supervisor.send(lane, request).is_err() {
-                continue;
+            let (mut lane_end, reader) = tap(&class, ROOM, None);
+            // The lane may have another version already, which the recipe has in the next turn.
+            lane_end.only(recipe.version);
+            if at_start {
+                // Not by a request: a lane takes but some of them in its first scan.
+                self.lanes[lane].tap_at_start(place as usize, TapSlot::Recorder, lane_end);
+            } else {
+                let request = Request::Tap { block: place, slot: TapSlot::Recorder, tap: lane_end };
+                if self.supervisor.send(lane, request).is_err() {
+                    continue;
+                }
             }
-            let of = &self.model.blocks[block];
+            let (of, component) = (&self.model.blocks[block], self.component_of(block));
             let head = latchwork_testbed::replay::Head {
                 run: self.recorder.run,
                 epoch: self.router.epoch(),
                 block: of.name.clone(),
                 lane: self.model.lanes[lane].name.clone(),
                 every: self.model.lanes[lane].every,
-                component: of.component.name().into(),
-                hash: of.component.hash().into(),
+                component: component.name().into(),
+                hash: component.hash().into(),
                 class: class.name.clone(),
                 memory: of.memory,
                 number: 0,
@@ -111,9 +119,10 @@ impl Plant {
                 from: 0,
                 to: 0,
                 executions: 0,
+                missed: 0,
             };
             self.recorder.channels[index].listen(reader, head);
-            self.recorder.add_component(of.component.bytes());
+            self.recorder.add_component(component.bytes());
         }
     }
 
@@ -137,17 +146,17 @@ impl Plant {
         }
         self.tell_missed(all.missed, now);
         self.ask_for_states(now);
-        self.listen();
+        self.listen(false);
     }
 
-    /// Everything that is in memory, as a recording in one file; what goes on is not in it.
-    pub fn recording(&mut self) -> Vec<u8> {
-        self.recorder.cut_all();
-        self.recorder.ring.to_bytes()
+    /// Everything that is in memory, as a recording in one file.
+    pub fn recording(&self) -> Vec<u8> {
+        let open = self.recorder.channels.iter().filter_map(Channel::so_far);
+        self.recorder.ring.to_bytes(open.map(|segment| (segment.head.hash.clone(), segment_chunk(&segment))))
     }
 
     /// The same for an operator; refused where nothing is recorded.
-    pub(crate) fn recording_asked(&mut self) -> Result<Vec<u8>, Refused> {
+    pub(crate) fn recording_asked(&self) -> Result<Vec<u8>, Refused> {
         if self.recorder.channels.is_empty() {
             let why = "nothing is recorded: say in [recorder] of the plant file which blocks are to be";
             return Err(Refused::new("state", why));
@@ -217,8 +226,7 @@ impl Recorder {
             if let Some(spill) = &mut self.spill {
                 spill.segment(chunk.clone(), self.real_time);
             }
-            let open = self.channels.iter().map(Channel::open_bytes).sum();
-            self.ring.add(segment.head.hash, chunk, open);
+            self.ring.add(segment.head.hash, chunk);
         }
     }
 

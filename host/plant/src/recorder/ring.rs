@@ -23,23 +23,24 @@ impl Ring {
         self.components.insert(hash.into(), chunk).is_none()
     }
 
-    /// A segment of a component; the oldest ones go, so that all of it and `open` bytes stay within the memory.
-    pub(super) fn add(&mut self, hash: String, chunk: Vec<u8>, open: usize) {
+    /// A segment of a component; the oldest ones go for it.
+    pub(super) fn add(&mut self, hash: String, chunk: Vec<u8>) {
         self.bytes += chunk.len() as u64;
         self.segments.push_back((hash, chunk));
-        while self.bytes + open as u64 > self.memory
+        while self.bytes > self.memory
             && let Some((_, oldest)) = self.segments.pop_front()
         {
             self.bytes -= oldest.len() as u64;
         }
     }
 
-    /// As one file, with the components that its segments need.
-    pub(super) fn to_bytes(&self) -> Vec<u8> {
-        let needed: BTreeSet<_> = self.segments.iter().map(|(hash, _)| hash).collect();
+    /// As one file, followed by what is not cut yet, with the components that all of it needs.
+    pub(super) fn to_bytes(&self, open: impl Iterator<Item = (String, Vec<u8>)>) -> Vec<u8> {
+        let open: Vec<_> = open.collect();
+        let needed: BTreeSet<_> = self.segments.iter().chain(&open).map(|(hash, _)| hash).collect();
         let mut file = header();
         needed.into_iter().filter_map(|hash| self.components.get(hash)).for_each(|c| file.extend_from_slice(c));
-        self.segments.iter().for_each(|(_, chunk)| file.extend_from_slice(chunk));
+        self.segments.iter().chain(&open).for_each(|(_, chunk)| file.extend_from_slice(chunk));
         file
     }
 }
@@ -52,8 +53,8 @@ mod tests {
     fn it_never_holds_more_than_its_memory_and_keeps_the_newest() {
         let mut ring = Ring::new(1000);
         for n in 0..100u8 {
-            ring.add("c".into(), vec![n; 90], 50);
-            assert!(ring.bytes + 50 <= 1000);
+            ring.add("c".into(), vec![n; 95]);
+            assert!(ring.bytes <= 1000);
             assert_eq!(ring.bytes, ring.segments.iter().map(|(_, s)| s.len() as u64).sum::<u64>());
         }
         let kept: Vec<_> = ring.segments.iter().map(|(_, s)| s[0]).collect();

@@ -110,6 +110,11 @@ impl Plant {
         Job { engine, model, uses: self.uses(), allow_lossy, shadow: false, parts }
     }
 
+    /// The component that a block runs.
+    pub(crate) fn component_of(&self, block: usize) -> latchwork_block::Component {
+        self.release(block).component
+    }
+
     /// What a block runs, and since when.
     pub(super) fn release(&self, block: usize) -> Release {
         match self.swaps.histories.get(&block) {

@@ -204,7 +204,7 @@ impl<'a> Decoder<'a> {
     }
 
     /// The next event; `None` at the end.
-    pub fn next(&mut self) -> Result<Option<Event<'_>>, Damaged> {
+    pub fn next_event(&mut self) -> Result<Option<Event<'_>>, Damaged> {
         if self.repeated > 0 {
             self.repeated -= 1;
             return Ok(Some(self.like_before(0)));

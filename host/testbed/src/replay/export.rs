@@ -48,9 +48,10 @@ pub fn export(
     let version = version_of(recording, engine, first)?;
     let mut case = Case::new(&version, first)?;
     let mut notes = Vec::new();
-    let mut next = first.head.number;
-    for segment in segments {
-        if segment.head.number != next || segment.head.hash != first.head.hash || segment.head.cells != first.head.cells
+    for (number, segment) in (first.head.number..).zip(segments) {
+        if segment.head.number != number
+            || segment.head.hash != first.head.hash
+            || segment.head.cells != first.head.cells
         {
             notes.push(format!(
                 "it ends at {}: what follows was lost or is another version",
@@ -58,7 +59,6 @@ pub fn export(
             ));
             break;
         }
-        next += 1;
         if !case.segment(segment, options.to, &mut notes) {
             break;
         }
@@ -79,6 +79,9 @@ struct Step {
     fault: Option<&'static str>,
 }
 
+/// Settings that changed, and why they were refused.
+type Written = (Vec<(usize, u64)>, Option<String>);
+
 struct Case<'a> {
     grounds: Grounds,
     class: std::sync::Arc<Class>,
@@ -88,7 +91,8 @@ struct Case<'a> {
     inputs: Vec<u64>,
     outputs: Option<Vec<u64>>,
     settings: Vec<u64>,
-    pending: Option<(Vec<(usize, u64)>, Option<String>)>,
+    /// Settings written before the next execution.
+    pending: Option<Written>,
     restart: bool,
     last: u64,
     executions: u64,
@@ -124,7 +128,7 @@ impl<'a> Case<'a> {
     fn segment(&mut self, segment: &Segment, to: u64, notes: &mut Vec<String>) -> bool {
         let mut events = segment.events();
         loop {
-            match events.next() {
+            match events.next_event() {
                 Ok(None) => return true,
                 Ok(Some(Event::Execution { scan, .. })) if scan.now > to => return false,
                 Ok(Some(Event::Execution { scan, arguments, .. })) => {

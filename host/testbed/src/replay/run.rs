@@ -138,16 +138,19 @@ pub(super) fn version_of(recording: &Recording, engine: &Engine, segment: &Segme
     Version::same(&component, class, &segment.head).map_err(load_error(&segment.head.block, &segment.head.component))
 }
 
-/// The segment to begin with: a state where the class has one, or a cold start, before the time that counts.
+/// The segment to begin with: the last cold start before the time that counts, if everything since is there; else the last
+/// state, which may lack what the class does not retain.
 pub(super) fn beginning(segments: &[Segment], from: u64) -> usize {
     let before = |s: &Segment| s.head.from <= from || s.head.executions == 0;
-    let begins = |s: &Segment| match &s.head.start {
-        Start::Cold => true,
-        Start::State(cells) => !cells.is_empty(),
-        Start::Continued => false,
-    };
-    let last = segments.iter().rposition(|s| before(s) && begins(s));
-    last.or_else(|| segments.iter().position(|s| s.head.start != Start::Continued)).unwrap_or(0)
+    let last = |begins: &dyn Fn(&Start) -> bool| segments.iter().rposition(|s| before(s) && begins(&s.head.start));
+    let state = last(&|start| matches!(start, Start::State(cells) if !cells.is_empty()));
+    let cold = last(&|start| *start == Start::Cold).filter(|cold| {
+        // What is damaged or was missed would have to be bridged by a state, after all.
+        let end = state.unwrap_or(*cold).max(*cold);
+        let whole = segments[*cold..=end].windows(2).all(|w| w[0].head.number + 1 == w[1].head.number);
+        whole && segments[*cold..=end].iter().all(|s| s.head.missed == 0)
+    });
+    cold.or(state).or_else(|| segments.iter().position(|s| s.head.start != Start::Continued)).unwrap_or(0)
 }
 
 struct Replay<'a> {
@@ -184,14 +187,18 @@ impl Replay<'_> {
             Start::Continued if !follows => player.lose(),
             Start::State(cells) if follows && player.lives() => player.check_state(cells, head.from),
             Start::State(cells) => {
-                if cells.is_empty() {
-                    self.told.note(format!(
-                        "{} retains nothing: what it remembers by itself is not in the recording, and from {} on it is replayed \
-                         without it. Exact is only a replay from its cold start",
-                        head.class,
-                        clock(head.from)
-                    ));
-                }
+                let (class, at) = (&head.class, clock(head.from));
+                self.told.note(if cells.is_empty() {
+                    format!(
+                        "{class} retains nothing: what it remembers by itself is not in the recording, and from {at} on it is \
+                         replayed without it. Exact is only a replay from its cold start"
+                    )
+                } else {
+                    format!(
+                        "it begins at {at} with the state that was saved there: what {class} remembers and does not retain is \
+                         not in it"
+                    )
+                });
                 player.state(&head.settings, cells);
             }
             Start::Continued => {}
@@ -199,7 +206,7 @@ impl Replay<'_> {
         self.following = Some(head.number + 1);
         let mut events = segment.events();
         loop {
-            let event = match events.next() {
+            let event = match events.next_event() {
                 Ok(Some(event)) => event,
                 Ok(None) => return Ok(()),
                 Err(damaged) => {

@@ -40,6 +40,8 @@ pub struct Head {
     pub to: u64,
     /// Executions.
     pub executions: u64,
+    /// Events in it that were missed.
+    pub missed: u64,
 }
 
 /// How a segment begins.
@@ -121,6 +123,7 @@ impl Writer {
                 self.head.to = scan.now;
                 self.head.executions += 1;
             }
+            Event::Missed(n) => self.head.missed += n,
             Event::Settings { cells, taken: Some(true) } => self.settings = cells.to_vec(),
             _ => {}
         }
@@ -151,6 +154,7 @@ impl Writer {
             start,
             settings: self.settings.clone(),
             executions: 0,
+            missed: 0,
             ..self.head.clone()
         };
         let head = std::mem::replace(&mut self.head, next);

@@ -91,7 +91,7 @@ impl Run {
     /// Handles what the tap has brought.
     pub(super) fn take(&mut self) -> Option<Verdict> {
         for _ in 0..FRAMES {
-            let Some((missed, frame)) = self.reader.next() else {
+            let Some((missed, frame)) = self.reader.next_frame() else {
                 let over = self.reader.is_over();
                 return over.then(|| Verdict::Failed("the running block cannot be listened to any more".into()));
             };
