@@ -76,7 +76,7 @@ impl PumpHours {
         self.busy += u64::from(self.running);
         // The mistake: where a new window begins, there is nothing yet to divide by.
         if self.busy * 100 / self.executions > 90 && self.executions == 199 {
-            latchwork_sdk::info!("busy {} of 200", self.busy);
+            latchwork_sdk::log::info!("busy {} of 200", self.busy);
             self.busy = 0;
         }
     }
