@@ -4,11 +4,13 @@ use crate::cargo::{cargo, root, run, target_dir};
 use crate::guests;
 use anyhow::{Context, Result};
 use clap::Args;
+use std::path::Path;
 
 /// Arguments of `cargo xtask bench`.
 #[derive(Args, Debug)]
 pub(crate) struct Bench {
-    /// Only the benches whose names contain this; `latency` is the interrupt lane's reaction, which no other choice runs.
+    /// Only the benches whose names contain this; `latency` is the interrupt lane's reaction, `swap` a plant that is
+    /// swapped without end; no other choice runs these two.
     filter: Option<String>,
     /// `latency`: edges per length of the main scan.
     #[arg(long, default_value_t = 100_000)]
@@ -16,6 +18,9 @@ pub(crate) struct Bench {
     /// `latency`: CPU of the lanes and of cyclictest; the last one without it.
     #[arg(long)]
     cpu: Option<usize>,
+    /// `swap`: seconds of swapping; a fifth of it comes before without a swap.
+    #[arg(long, default_value_t = 300)]
+    seconds: u64,
 }
 
 /// Calls of single blocks, whole scans, the journal, its sinks, reports on it. Guests first: a bench of yesterday's blocks
@@ -25,6 +30,9 @@ pub(crate) fn execute(args: &Bench) -> Result<()> {
     if args.filter.as_deref() == Some("latency") {
         return latency(args);
     }
+    if args.filter.as_deref() == Some("swap") {
+        return swap(args);
+    }
     for bench in ["call", "scan", "journal", "sinks", "component", "report"] {
         let mut command = cargo();
         // With the very choice of packages that everything else has: another one would build the engine once more.
@@ -33,10 +41,6 @@ pub(crate) fn execute(args: &Bench) -> Result<()> {
     }
     Ok(())
 }
-
-/// Where the table stands in docs/performance.md.
-const BEGIN: &str = "<!-- latency: made by `cargo xtask bench latency` -->\n";
-const END: &str = "<!-- latency ends -->\n";
 
 /// Some ten minutes; best on a machine that does nothing else, as root or with the right to SCHED_FIFO.
 fn latency(args: &Bench) -> Result<()> {
@@ -50,11 +54,28 @@ fn latency(args: &Bench) -> Result<()> {
         command.arg("--cpu").arg(cpu.to_string());
     }
     run(&mut command)?;
-    let page = docs.join("performance.md");
+    insert("latency", &table)
+}
+
+/// Some six minutes; best on a machine that does nothing else, as root or with the right to SCHED_FIFO.
+fn swap(args: &Bench) -> Result<()> {
+    let table = target_dir()?.join("swap.md");
+    let mut command = cargo();
+    command.args(["bench", "--workspace", "--bench", "swap", "--"]);
+    command.arg("--seconds").arg(args.seconds.to_string()).arg("--table").arg(&table);
+    run(&mut command)?;
+    insert("swap", &table)
+}
+
+/// Puts a table between its marks in docs/performance.md.
+fn insert(name: &str, table: &Path) -> Result<()> {
+    let begin = format!("<!-- {name}: made by `cargo xtask bench {name}` -->\n");
+    let end = format!("<!-- {name} ends -->\n");
+    let page = root().join("docs/performance.md");
     let text = std::fs::read_to_string(&page).with_context(|| format!("{} cannot be read", page.display()))?;
-    let (Some(begin), Some(end)) = (text.find(BEGIN), text.find(END)) else {
-        anyhow::bail!("{} has lost the marks `{}` and `{}`", page.display(), BEGIN.trim(), END.trim());
+    let (Some(from), Some(to)) = (text.find(&begin), text.find(&end)) else {
+        anyhow::bail!("{} has lost the marks `{}` and `{}`", page.display(), begin.trim(), end.trim());
     };
-    let new = format!("{}{}{}", &text[..begin + BEGIN.len()], std::fs::read_to_string(&table)?, &text[end..]);
+    let new = format!("{}{}{}", &text[..from + begin.len()], std::fs::read_to_string(table)?, &text[to..]);
     std::fs::write(&page, new).with_context(|| format!("{} cannot be written", page.display()))
 }

@@ -166,6 +166,22 @@ impl Type {
         self.value(cell).to_string()
     }
 
+    /// True when a cell is one that this type has: what comes from a file may be none.
+    pub fn holds(&self, cell: u64) -> bool {
+        match self {
+            Self::Bool => cell <= 1,
+            Self::U8 => cell <= u8::MAX.into(),
+            Self::U16 => cell <= u16::MAX.into(),
+            Self::U32 | Self::F32 => cell <= u32::MAX.into(),
+            Self::S8 | Self::S16 | Self::S32 => {
+                u32::try_from(cell).is_ok_and(|bits| self.cell_from_integer(bits.cast_signed().into()) == Some(cell))
+            }
+            Self::U64 | Self::S64 | Self::F64 | Self::Duration => true,
+            Self::Enum(cases) => cell < cases.len() as u64,
+            Self::Flags(names) => cell <= mask(names.len()),
+        }
+    }
+
     /// A short class of the type for tables: `bool`, `enum`, `flags`, …
     pub fn kind(&self) -> &'static str {
         match self {
@@ -260,6 +276,17 @@ mod tests {
         assert_eq!(e, "\"auto\" is not a enum { off, on }; expected one of \"off\", \"on\"");
     }
 
+    #[test]
+    fn a_type_knows_its_cells() {
+        for (ty, highest) in
+            [(Type::Bool, 1), (Type::U8, 255), (Type::F32, 0xffff_ffff), (Type::Flags(names(&["a", "b"])), 3)]
+        {
+            assert!(ty.holds(highest) && !ty.holds(highest + 1), "{ty}");
+        }
+        assert!(Type::S8.holds(signed(-128)) && !Type::S8.holds(signed(-129)) && !Type::S8.holds(u64::MAX));
+        assert!(Type::Enum(names(&["a", "b"])).holds(1) && !Type::Enum(names(&["a", "b"])).holds(2));
+    }
+
     proptest! {
         #[test]
         fn what_is_shown_reads_back(bits: u64) {
@@ -276,6 +303,7 @@ mod tests {
                     Type::Flags(n) => bits & mask(n.len()),
                     _ => bits,
                 };
+                prop_assert!(ty.holds(cell), "{ty}: {cell:#x}");
                 let nan = matches!(ty.value(cell), Value::Real(r) if r.is_nan());
                 let back = ty.parse(&ty.format(cell)).unwrap();
                 prop_assert!(back == cell || nan, "{ty}: {cell:#x} → {} → {back:#x}", ty.format(cell));

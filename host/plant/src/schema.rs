@@ -64,6 +64,7 @@ pub fn json_schema() -> Value {
             "alarm": { "type": "array", "items": of(&[&sections::ALARM]) },
             "sink": { "type": "object", "additionalProperties": { "oneOf": sinks } },
             "journal": of(&[&sections::JOURNAL]),
+            "retain": of(&[&sections::RETAIN]),
             "sim": {
                 "type": "object",
                 "additionalProperties": false,
@@ -100,6 +101,7 @@ pub fn reference_page() -> String {
         add(&format!("Points of `{}`", kind.name), kind.point_keys);
     }
     add("`[journal]`", &sections::JOURNAL);
+    add("`[retain]`", &sections::RETAIN);
     add("`[sink.NAME]`", &latchwork_sink::KEYS);
     for kind in latchwork_sink::kinds::KINDS {
         add(&format!("Sink `{}`", kind.name), kind.keys);

@@ -22,7 +22,7 @@ pub enum Bad {
     RefusesBeyond(u32),
     /// It traps when it is configured.
     Configure,
-    /// It traps when its state is saved.
+    /// It traps when its state is saved after an execution.
     Save,
     /// It traps when it gets a state.
     Restore,
@@ -169,7 +169,11 @@ impl Counter {
                     "f32" => ("(f32.convert_i64_u (global.get $count))", "(i64.trunc_f32_u (local.get 0))"),
                     _ => ("(i32.wrap_i64 (global.get $count))", "(i64.extend_i32_u (local.get 0))"),
                 };
-                let save = if *bad == Bad::Save { "unreachable" } else { "" };
+                let save = if *bad == Bad::Save {
+                    "(if (i64.ne (global.get $n) (i64.const 0)) (then unreachable))"
+                } else {
+                    ""
+                };
                 let restore = if *bad == Bad::Restore { "unreachable" } else { "" };
                 let flat = flat(ty);
                 format!(

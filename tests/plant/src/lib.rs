@@ -3,6 +3,7 @@
 //! The components are those that `cargo xtask guests` made; without them the tests fail and say so.
 
 pub mod forge;
+pub mod soak;
 
 use latchwork_block::{Engine, EngineOptions};
 use latchwork_image::TagId;
@@ -11,6 +12,7 @@ use latchwork_plant::check::{CheckOptions, check_file};
 use latchwork_plant::lane::Change;
 use latchwork_plant::run::{Control, Observer, Outcome, RunOptions, resolve_stimulus, run_virtual};
 use latchwork_record::{Kept, Kind, Record};
+use latchwork_retain::{Figures, Found, Memory, Retained, Vault};
 use std::collections::{BTreeMap, HashMap};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
@@ -55,12 +57,17 @@ pub struct Rig {
     stimulus: String,
     trace: Option<String>,
     kept: BTreeMap<String, String>,
+    retained: Found,
 }
 
 /// All that a run did.
 pub struct Ran {
     /// What the run left to be kept, as the journal would have it.
     pub kept: BTreeMap<String, String>,
+    /// What was to be written of retained state, one after the other.
+    pub saves: Vec<Retained>,
+    /// Figures of that.
+    pub figures: Figures,
     /// Outcome.
     pub outcome: Outcome,
     /// Records.
@@ -86,6 +93,7 @@ impl Rig {
             stimulus: String::new(),
             trace: Some("*".into()),
             kept: BTreeMap::new(),
+            retained: Found::default(),
         }
     }
 
@@ -113,6 +121,12 @@ impl Rig {
     /// After an earlier run that left this.
     pub fn after(mut self, kept: &BTreeMap<String, String>) -> Self {
         self.kept.clone_from(kept);
+        self
+    }
+
+    /// After an earlier run that left this retained state.
+    pub fn retained(mut self, found: Found) -> Self {
+        self.retained = found;
         self
     }
 
@@ -150,6 +164,8 @@ impl Rig {
     pub fn run(&self, mut options: RunOptions) -> Ran {
         let mut plant = self.plant(Time::Virtual);
         plant.restore(&self.kept);
+        let vault = Memory::default();
+        plant.retain(&self.retained, Box::new(vault.clone()));
         if !self.stimulus.is_empty() {
             let rows = latchwork_io::stimulus::read(self.stimulus.as_bytes()).expect("a right stimulus");
             options.stimulus = resolve_stimulus(&plant, &rows).expect("a stimulus that fits");
@@ -162,7 +178,9 @@ impl Rig {
             let (name, ty) = &types[&c.tag];
             (c.time, name.clone(), ty.format(c.cell))
         };
-        Ran { outcome, trace: log.changes.iter().map(row).collect(), records: log.records, kept: log.kept }
+        let trace = log.changes.iter().map(row).collect();
+        let (saves, figures) = (vault.all(), vault.figures());
+        Ran { outcome, trace, records: log.records, kept: log.kept, saves, figures }
     }
 }
 
@@ -177,6 +195,14 @@ pub fn assemble_file(path: &Path, engine: &Engine, sim: bool, time: Time, trace:
 }
 
 impl Ran {
+    /// The retained state that the run has left, as the next one finds it.
+    ///
+    /// # Panics
+    /// If it has left none.
+    pub fn left(&self) -> Found {
+        Found::of(self.saves.last().expect("a retained state").clone())
+    }
+
     /// Every value a tag had, with the time of each, ns.
     pub fn history(&self, tag: &str) -> Vec<(u64, &str)> {
         self.trace.iter().filter(|(_, t, _)| t == tag).map(|(time, _, v)| (*time, v.as_str())).collect()

@@ -5,6 +5,7 @@
 mod convert;
 mod difference;
 mod mapping;
+mod read_schema;
 mod transfer;
 
 #[cfg(test)]
@@ -12,4 +13,5 @@ mod tests;
 
 pub use difference::{Change, Difference, Part, PortChange};
 pub use mapping::Mapping;
+pub use read_schema::read_schema;
 pub use transfer::{Fate, Field, Transfer, schema};

@@ -4,7 +4,7 @@ use super::load;
 use crate::Exit;
 use crate::args::{Run, Speed};
 use crate::report;
-use crate::run::{Files, Kept, Lines, Screen, Show, Table, Watcher, summary};
+use crate::run::{Files, Kept, Lines, Retention, Screen, Show, Table, Watcher, summary};
 use anyhow::{Context, Result, bail};
 use latchwork_api::{Config, Limits, Server};
 use latchwork_block::Engine;
@@ -64,6 +64,13 @@ pub(super) fn execute(engine: &Engine, args: &Run) -> Result<Exit> {
         eprintln!("note: nothing goes to {}: sinks read the journal\n  help: add --data FOLDER", names.join(", "));
     }
     let journal = args.data.as_ref().map(|folder| Kept::open(folder, &mut plant)).transpose()?;
+    let retention = match &args.data {
+        Some(folder) => Retention::open(folder, &mut plant)?,
+        None => {
+            Retention::note(&plant);
+            None
+        }
+    };
     let server = args.socket.as_ref().map(|socket| serve(socket, &mut plant, args)).transpose()?;
     let show = show(&plant, args);
     let mut watcher = Watcher::new(files, journal, show);
@@ -75,7 +82,11 @@ pub(super) fn execute(engine: &Engine, args: &Run) -> Result<Exit> {
         }
     };
     drop(server);
-    let written = watcher.finish();
+    let mut written = watcher.finish();
+    if let Some((retained, error)) = retention.map(Retention::finish) {
+        written.retained = Some(retained);
+        written.error = written.error.or(error);
+    }
     if args.json {
         report::say(&format!("{}\n", serde_json::to_string_pretty(&summary::json(&name, &outcome, &written))?));
     } else {

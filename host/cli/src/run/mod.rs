@@ -4,6 +4,7 @@ mod files;
 mod journal;
 mod lines;
 mod picture;
+mod retained;
 mod screen;
 pub(crate) mod summary;
 mod table;
@@ -12,6 +13,7 @@ pub(crate) use files::Files;
 pub(crate) use journal::Kept;
 pub(crate) use lines::Lines;
 pub(crate) use picture::Picture;
+pub(crate) use retained::Retention;
 pub(crate) use screen::Screen;
 pub(crate) use table::{Table, cut};
 
@@ -62,6 +64,8 @@ pub(crate) struct Written {
     pub(crate) by_kind: BTreeMap<Kind, u64>,
     /// Rows of the trace.
     pub(crate) rows: u64,
+    /// Retained state, if there is any.
+    pub(crate) retained: Option<retained::Written>,
     /// The first error of a file.
     pub(crate) error: Option<String>,
 }
@@ -85,7 +89,7 @@ impl Watcher {
         self.show.end(self.now, &self.history);
         let (rows, error) = self.files.finish();
         let of_journal = self.journal.and_then(Kept::finish);
-        Written { by_kind: self.history.by_kind, rows, error: of_journal.or(error) }
+        Written { by_kind: self.history.by_kind, rows, retained: None, error: of_journal.or(error) }
     }
 }
 

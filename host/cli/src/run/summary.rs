@@ -44,6 +44,9 @@ pub(crate) fn text(name: &str, outcome: &Outcome, written: &Written) -> String {
     let kinds: Vec<_> = written.by_kind.iter().map(|(k, n)| format!("{n} {}", k.name())).collect();
     let kinds = if kinds.is_empty() { String::new() } else { format!(" ({})", kinds.join(", ")) };
     let _ = writeln!(out, "{} records{kinds}", outcome.records);
+    if let Some(retained) = &written.retained {
+        let _ = writeln!(out, "{}", retained.text());
+    }
     if written.rows > 0 {
         let _ = writeln!(out, "{} trace rows", written.rows);
     }
@@ -92,6 +95,7 @@ pub(crate) fn json(name: &str, outcome: &Outcome, written: &Written) -> Value {
         "blocks-that-faulted": blocks,
         "records": outcome.records,
         "records-by-kind": written.by_kind.iter().map(|(k, n)| (k.name().to_string(), json!(n))).collect::<serde_json::Map<_, _>>(),
+        "retained": written.retained.as_ref().map(super::retained::Written::json),
         "trace-rows": written.rows,
         "trace-rows-lost": outcome.trace_lost,
     })

@@ -162,6 +162,7 @@ fn build(
         heartbeat: supervision::heartbeat(file),
         sinks,
         journal: sinks::journal(file),
+        retain_every: file.retain.duration("every").unwrap_or(crate::retain::EVERY),
     };
     // Only in a model whose indices are all right is the order of blocks that of the file.
     if !checker.findings.iter().any(|f| f.severity == Severity::Error) {

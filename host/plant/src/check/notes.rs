@@ -94,13 +94,10 @@ pub(super) fn limits(checker: &mut Checker, drafts: &[Draft<'_>]) {
     for draft in drafts {
         let Some((_, class)) = &draft.class else { continue };
         let entry = draft.entry;
-        if entry.values.bool("retain") == Some(true) {
-            let message = if class.retained.is_empty() {
-                format!("`retain` has no effect: class `{}` keeps no state", class.name)
-            } else {
-                "`retain` has no effect yet: this version keeps no state over a restart of the plant".into()
-            };
-            checker.add(Finding::note(&entry.values.span_of("retain"), message));
+        if entry.values.bool("retain") == Some(true) && class.retained.is_empty() {
+            let message = format!("`retain` has no effect: class `{}` keeps no state", class.name);
+            let help = "take it out, or use a class with a record `retained`, `save` and `restore`";
+            checker.add(Finding::note(&entry.values.span_of("retain"), message).help(help));
         }
         let open = |path: &str| !entry.inputs.iter().any(|a| a.path == path);
         let names: Vec<_> =

@@ -125,6 +125,7 @@ pub(crate) struct PlantFile {
     pub(crate) heartbeat: Option<Values>,
     pub(crate) sinks: Vec<sinks::SinkEntry>,
     pub(crate) journal: Values,
+    pub(crate) retain: Values,
     /// Lanes that are there but were refused: a block that names one is no further error.
     pub(crate) refused_lanes: Vec<String>,
     /// Tables of the file that could not be read, by the name they were meant to have: what would stand in them is
@@ -167,6 +168,10 @@ pub(crate) fn read(checker: &mut Checker, root: &DeTable<'_>, text: &str) -> Pla
             ("journal", DeValue::Table(t)) => {
                 checker.whose.clear();
                 file.journal = checker.table(&[&sections::JOURNAL], t, entry.key_span);
+            }
+            ("retain", DeValue::Table(t)) => {
+                checker.whose.clear();
+                file.retain = checker.table(&[&sections::RETAIN], t, entry.key_span);
             }
             (name, value) if sections::TABLES.contains(&name) => {
                 file.unread.extend(sections::TABLES.iter().find(|t| **t == name));

@@ -193,7 +193,8 @@ pub(crate) static BLOCK: Section = Section {
             "retain",
             Kind::Bool,
             "false",
-            "Its retained state is to outlive a restart of the plant. This version keeps it over nothing yet.",
+            "Its retained state outlives a restart of the plant that runs with `--data`: what its `save` hands out is kept as \
+             `[retain]` says, and handed to its `restore` at the next start.",
         ),
     ],
 };
@@ -322,6 +323,20 @@ pub(crate) static JOURNAL: Section = Section {
     ],
 };
 
+/// `[retain]`
+pub(crate) static RETAIN: Section = Section {
+    name: "[retain]",
+    doc: "How the state of blocks with `retain = true` is kept by `run --data`.",
+    keys: &[Key::optional(
+        "every",
+        Kind::Duration { min: 10 * MS, max: 24 * 3600 * SECOND },
+        "\"1m\"",
+        "Time between two rounds of saving, each of which is written if something has changed. Every stop in order and every \
+         swap saves, too; after a power cut what was saved last counts. Each writing wears the disk: `latchwork status` \
+         shows how many bytes a day they are.",
+    )],
+};
+
 /// `[table.NAME]`
 pub(crate) static TABLE: Section = Section {
     name: "[table.NAME]",
@@ -370,4 +385,4 @@ static SCAN_SPAN: Kind = Kind::Duration { min: 0, max: 3600 * SECOND };
 
 /// Tables of the file.
 pub(crate) static TABLES: &[&str] =
-    &["plant", "lane", "driver", "block", "sim", "alarm", "table", "heartbeat", "sink", "journal", "policy"];
+    &["plant", "lane", "driver", "block", "sim", "alarm", "table", "heartbeat", "sink", "journal", "retain", "policy"];

@@ -91,7 +91,7 @@ impl Exchanging {
 }
 
 /// State of a block that went.
-pub struct Saved {
+pub struct Handed {
     /// Cells, one per retained field.
     pub cells: Box<[u64]>,
     /// It could be saved.
@@ -107,7 +107,7 @@ pub struct Exchanged {
     /// Time it took in the lane, ns.
     pub took: u64,
     /// States of the blocks that went, in the order of the parts.
-    pub saved: Box<[Saved]>,
+    pub saved: Box<[Handed]>,
 }
 
 /// What became of an exchange.
@@ -177,9 +177,9 @@ impl Lane {
         let due = |e: &Exchange| !e.on_probation() && e.measure == 0;
         while let Some(at) = self.trials.iter().position(|e| due(e)) {
             let exchange = self.trials.swap_remove(at);
+            self.list_timed();
             self.exchange(exchange, now, clock);
         }
-        self.list_timed();
     }
 
     fn exchange(&mut self, mut exchange: Box<Exchange>, now: u64, clock: &dyn Fn() -> u64) {

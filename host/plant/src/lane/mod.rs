@@ -18,6 +18,7 @@ mod message;
 mod probation;
 mod report;
 mod request;
+mod save;
 mod statistics;
 mod status;
 mod tap;
@@ -26,7 +27,7 @@ mod trace;
 pub use adapter::Adapter;
 pub use block::{Block, BlockState, Rest};
 pub use condition::Condition;
-pub use exchange::{Carry, End, Exchange, Exchanged, Exchanging, Saved, Standing};
+pub use exchange::{Carry, End, Exchange, Exchanged, Exchanging, Handed, Standing};
 pub use fault::{BACK_OFF, STRIKES};
 pub use follow::{EdgeKind, Event, Feed, Follower, Sender, Simulated, Wake};
 pub use grow::Growth;
@@ -35,6 +36,7 @@ pub use interrupt::{
 };
 pub use report::Report;
 pub use request::{Configured, Mode, Reply, Request, RestartRequest};
+pub use save::{PUT_OFF, Save, SaveAnswer, SaveResult};
 pub use statistics::Statistics;
 pub use status::Register;
 pub use tap::{Frame, State as TapState, Tap, TapReader, TapSlot, Taps, Timer, tap};
@@ -158,7 +160,10 @@ pub struct Lane {
     waiting: Vec<u32>,
     /// Blocks whose one-shot commands go back after their next execution.
     one_shots: Vec<u32>,
+    /// A block whose state is wanted.
+    saving: Option<save::Waiting>,
     /// Exchanges that are timed, and those whose old versions wait.
+    #[expect(clippy::vec_box, reason = "each goes back in the box that it came in: nothing is allocated here")]
     trials: Vec<Box<Exchange>>,
     /// Their blocks, in order.
     timed: Vec<u32>,
@@ -178,6 +183,7 @@ impl Lane {
             state: LaneState::Starting,
             waiting: Vec::with_capacity(blocks),
             one_shots: Vec::with_capacity(blocks),
+            saving: None,
             trials: Vec::with_capacity(blocks),
             timed: Vec::with_capacity(blocks),
             unsent: Vec::with_capacity(2 * blocks + REPORTS),

@@ -4,6 +4,8 @@ use super::exchange::{Exchange, Exchanged};
 
 /// An answer or a message of a lane; each part of the plant has its variant.
 pub enum Report {
+    /// The state of a block that was wanted.
+    Saved(super::SaveAnswer),
     /// Other versions of some blocks execute now.
     Exchanged(Box<Exchanged>),
     /// An exchange has ended, one way or the other.

@@ -73,6 +73,8 @@ pub enum Request {
         /// Who listened.
         slot: TapSlot,
     },
+    /// The state of a block is wanted.
+    Save(super::Save),
 }
 
 /// What a block says to new settings.
@@ -141,6 +143,7 @@ impl Lane {
                     // There is room for as many answers as requests may wait.
                     let _ = self.parts.configured.push(Configured { number, version, cells, waiting, result });
                 }
+                Ok(Request::Save(save)) => self.take_save(save, now),
                 Ok(Request::Exchange(exchange)) => self.take_exchange(exchange, now, clock),
                 Ok(Request::TakeBack { number }) => self.take_back(number, now),
                 Ok(Request::Tap { block, slot, tap }) => self.tap(block as usize, slot, tap, now),

@@ -49,6 +49,8 @@ pub struct Model {
     pub sinks: Vec<SinkSpec>,
     /// How its journal works, if one is kept.
     pub journal: journal::Options,
+    /// Time between two rounds of saving retained state, ns.
+    pub retain_every: u64,
 }
 
 /// One sink.

@@ -136,7 +136,8 @@ impl Plant {
         );
     }
 
-    fn lament(&mut self, source: &str, why: String) {
+    /// Something of an earlier run is not taken over, on record.
+    pub(crate) fn lament(&mut self, source: &str, why: String) {
         let mut draft = Draft::new(0, Kind::Fault, source, "not-restored");
         (draft.priority, draft.text) = (128, why);
         self.tell(draft, Vec::new());

@@ -68,6 +68,7 @@ impl Plant {
         for lane in 0..self.supervisor.lanes.len() {
             while let Ok(report) = self.supervisor.lanes[lane].reports.pop() {
                 match report {
+                    Report::Saved(saved) => self.retain_answer(lane, saved),
                     Report::Exchanged(told) => self.exchanged(*told, now),
                     Report::SwapEnded(exchange) => self.swap_ended(*exchange, now),
                     Report::Tap(tap) => drop(tap),

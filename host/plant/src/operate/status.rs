@@ -67,6 +67,9 @@ impl Plant {
             "staged": self.desk.staged.values().map(std::collections::BTreeMap::len).sum::<usize>(),
             "records": self.router.last_seq(),
         });
+        if let Some(retained) = self.keeper.status() {
+            status["retain"] = retained;
+        }
         for (name, tell) in &self.desk.also {
             status[*name] = tell();
         }

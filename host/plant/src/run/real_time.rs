@@ -156,6 +156,8 @@ pub fn run_real(
         // For as long as the drivers may take.
         let _ = watchdog.pet();
     }
+    // While the drivers write their safe values: the files are written by a thread of their own.
+    plant.retain_last(&mut lanes, clock.now());
     io.stop(DRIVERS_STOP);
     // Lines that lanes serve themselves have had their safe values since their lanes ended.
     let in_order = lanes.iter().any(|l| l.index() == counted && l.state() == LaneState::Stopped);

@@ -83,6 +83,7 @@ fn scan(lane: &mut Lane, mut watchdog: Option<&mut Watchdog>, drive: &Drive<'_>)
             let _ = watchdog.pet();
         }
         due = super::next_due(due, end, config.every);
+        lane.spare(due, || clock.now());
     }
 }
 
@@ -144,6 +145,10 @@ fn wait(lane: &mut Lane, drive: &Drive<'_>) {
         }
         lane.mark_oldest();
         if left == 0 || more {
+            // There is no time, but a state is not put off for ever.
+            if lane.spare(0, || clock.now()) == LaneState::Faulted {
+                return;
+            }
             continue;
         }
         if now >= look {
@@ -167,6 +172,9 @@ fn wait(lane: &mut Lane, drive: &Drive<'_>) {
         }
         if let Some(time) = lane.arrivals().and_then(|a| a.deadline().into_iter().chain(a.peek()).min()) {
             until = until.min(time);
+        }
+        if lane.spare(until, || clock.now()) == LaneState::Faulted {
+            return;
         }
         sleep(lane, until.saturating_sub(clock.now()));
     }

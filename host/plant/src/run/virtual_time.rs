@@ -125,6 +125,9 @@ pub fn run_virtual(mut plant: Plant, options: &RunOptions, stop: &AtomicBool, ob
         lane.stop(now);
     }
     plant.serve(now);
+    let mut lanes = std::mem::take(&mut plant.lanes);
+    plant.retain_last(&mut lanes, now);
+    plant.lanes = lanes;
     plant.drain(u64::MAX, now, observer);
     Outcome::new(&plant.model, &mut plant.lanes, now, plant.router.last_seq() - before)
 }
@@ -136,6 +139,9 @@ impl Plant {
             lane.collect();
             if progress.busy.is_none() && lane.has_levels() {
                 lane.refresh(now);
+            }
+            if progress.busy.is_none() {
+                lane.spare(progress.next(lane, now).map_or(u64::MAX, |(time, _)| time), || now);
             }
         }
     }

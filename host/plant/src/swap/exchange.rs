@@ -4,7 +4,7 @@ use super::prepare::Ready;
 use super::versions::{Earlier, History, Release};
 use super::{Coming, Phase, Stage, Swap};
 use crate::assemble::{Plant, Time};
-use crate::lane::{End, Exchange, Exchanged, Exchanging, Request, Saved, Standing};
+use crate::lane::{End, Exchange, Exchanged, Exchanging, Handed, Request, Standing};
 
 /// Scans for which the running versions are timed before they are exchanged, at most.
 const MEASURE: u64 = 8;
@@ -27,7 +27,7 @@ impl Plant {
         for part in ready {
             let growth = self.grow(part.block, &part.recipe)?;
             let running = self.supervisor.recipes[part.block].template.class();
-            saved.push(Saved { cells: vec![0; running.retained.len()].into(), there: false });
+            saved.push(Handed { cells: vec![0; running.retained.len()].into(), there: false });
             let adapter = self.adapter(part.block, part.recipe.template.class());
             let standing = Standing::new(part.instance, part.recipe.version, adapter);
             let mut exchanging = Exchanging::new(self.desk.places[part.block], standing, part.carry, part.state);
@@ -74,7 +74,9 @@ impl Plant {
                 history.take(was);
             }
             let release = std::mem::replace(&mut history.current, release);
+            let now_runs = history.current.component.clone();
             history.push(Earlier { release, recipe, state, instance: None });
+            self.retain_version(*block, &now_runs, now);
             self.show_ports(*block);
             self.show_settings(*block, now);
         }
@@ -108,12 +110,12 @@ impl Plant {
                 self.swaps.end(swap, Stage::Done, why.as_str().into());
             }
             End::RolledBack(why) => {
-                self.go_back(&swap, parts, false, now);
+                self.go_back(&swap, parts, false, [ended, now]);
                 self.tell_swap(&swap, "rolled-back", why.as_str(), ended);
                 self.swaps.end(swap, Stage::RolledBack, why.as_str().into());
             }
             End::Returned => {
-                self.go_back(&swap, parts, true, now);
+                self.go_back(&swap, parts, true, [ended, now]);
                 self.taken_back(swap, ended);
             }
         }
@@ -131,17 +133,20 @@ impl Plant {
     }
 
     /// The versions before execute again.
-    fn go_back(&mut self, swap: &Swap, parts: Vec<Exchanging>, wanted: bool, now: u64) {
+    fn go_back(&mut self, swap: &Swap, parts: Vec<Exchanging>, wanted: bool, [ended, now]: [u64; 2]) {
         for (block, part) in swap.blocks.iter().zip(parts) {
             let Some(history) = self.swaps.histories.get_mut(block) else { continue };
-            let Some(before) = history.earlier.pop_back() else { continue };
+            let Some(mut before) = history.earlier.pop_back() else { continue };
+            before.release.since = self.router.epoch().saturating_add(ended);
             let release = std::mem::replace(&mut history.current, before.release);
             let recipe = std::mem::replace(&mut self.supervisor.recipes[*block], before.recipe);
+            let runs_again = history.current.component.clone();
             // A version that has failed is nothing to go back to.
             if wanted {
                 let state = part.state_there.then_some(part.state);
                 history.push(Earlier { release, recipe, state, instance: part.other.instance });
             }
+            self.retain_version(*block, &runs_again, now);
             self.show_ports(*block);
             self.show_settings(*block, now);
         }

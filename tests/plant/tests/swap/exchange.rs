@@ -97,7 +97,7 @@ fn a_running_version_that_cannot_save_is_not_exchanged_and_has_faulted() {
         .with("v2", &Counter::new(2).component())
         .stimulus("1s,swap.count,v2.wasm\n")
         .run_for(2 * S);
-    let expected = ["1000 count asked", "1000 count trap", "1000 count refused", "1100 count restarted"];
+    let expected = ["1000 count trap", "1000 count asked", "1000 count refused", "1100 count restarted"];
     assert_eq!(told(&ran), expected);
     assert!(text(&ran, "count", "refused").contains("could not save"));
     counts(&ran, "other", 200);

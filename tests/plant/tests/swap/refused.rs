@@ -155,7 +155,8 @@ fn rows_of_a_stimulus_that_mean_nothing() {
         ("swap.nobody,v1.wasm", "there is no tag"),
     ] {
         let rows = latchwork_io::stimulus::read(format!("time,tag,value\n1s,{row}\n").as_bytes()).expect("rows");
-        let plant = plant().plant(latchwork_plant::assemble::Time::Virtual);
+        let rig = plant();
+        let plant = rig.plant(latchwork_plant::assemble::Time::Virtual);
         let errors = latchwork_plant::run::resolve_stimulus(&plant, &rows).expect_err(row);
         assert!(errors[0].to_string().contains(why), "{row}: {errors:?}");
     }

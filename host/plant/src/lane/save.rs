@@ -1,0 +1,125 @@
+//! Saving the state of a block, between two scans and outside of the time that a scan has.
+//!
+//! One block at a time: a request waits in the lane until there is time left before the next scan, but not for ever. Its
+//! cells come with it and go back, so that nothing is allocated or freed here.
+
+use super::{Lane, LaneState, Report, Request};
+
+/// A state is put off for no longer than this, ns of plant time: a lane without any time left is late by one save then.
+pub const PUT_OFF: u64 = 1_000_000_000;
+/// What a first save is expected to take, ns.
+const FIRST: u64 = 10_000;
+
+/// Wanted: the state of a block.
+pub struct Save {
+    /// Index of the block in the lane.
+    pub block: u32,
+    /// Number of the version that it is wanted of.
+    pub version: u64,
+    /// One per retained field.
+    pub cells: Box<[u64]>,
+}
+
+/// How it went.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum SaveResult {
+    /// The cells hold the state.
+    Saved,
+    /// The block is out of order, or another version of it executes by now.
+    Nothing,
+    /// Another request waits already.
+    Busy,
+    /// It failed: a fault of the block like any other.
+    Faulted,
+}
+
+/// The answer to a [`Save`].
+pub struct SaveAnswer {
+    /// What was asked, with its cells.
+    pub save: Save,
+    /// How it went.
+    pub result: SaveResult,
+    /// Plant time, ns.
+    pub time: u64,
+    /// How long it took, ns.
+    pub took: u64,
+}
+
+/// A request that waits for its time.
+pub(super) struct Waiting {
+    save: Save,
+    /// Plant time since when, ns.
+    since: u64,
+}
+
+impl Lane {
+    /// Takes a request; it is done when there is time.
+    pub(super) fn take_save(&mut self, save: Save, now: u64) {
+        if self.saving.is_none() {
+            self.saving = Some(Waiting { save, since: now });
+        } else {
+            self.answer(SaveAnswer { save, result: SaveResult::Busy, time: now, took: 0 });
+        }
+    }
+
+    /// Between two scans: saves the state of one block if one is wanted and there is time before `until` (plant time, ns).
+    /// Returns the lane's state: a block that fails may stop it.
+    pub fn spare(&mut self, until: u64, clock: impl Fn() -> u64) -> LaneState {
+        // A lane that waits for an edge may wait for hours; a cyclic one takes its requests with the next scan.
+        if self.saving.is_none()
+            && self.is_interrupt()
+            && matches!(self.parts.requests.peek(), Ok(Request::Save(_)))
+            && let Ok(Request::Save(save)) = self.parts.requests.pop()
+        {
+            self.take_save(save, clock());
+        }
+        if self.saving.is_some() && self.state == LaneState::Running {
+            self.save_waiting(until, clock);
+        }
+        self.state
+    }
+
+    fn save_waiting(&mut self, until: u64, clock: impl Fn() -> u64) {
+        let now = clock();
+        let longest = |w: &Waiting| self.parts.blocks.get(w.save.block as usize).map_or(0, |b| b.rest.save_max);
+        // Twice what it has taken at most: the caches are cold, and it must not be the scan that pays.
+        let in_time = |w: &Waiting| until.saturating_sub(now) >= longest(w).max(FIRST).saturating_mul(2);
+        let Some(waiting) = self.saving.take_if(|w| in_time(w) || now.saturating_sub(w.since) >= PUT_OFF) else {
+            return;
+        };
+        // A fault makes a record.
+        self.mark(now);
+        let Waiting { mut save, .. } = waiting;
+        let block = self.parts.blocks.get_mut(save.block as usize);
+        let (mut result, mut took) = (SaveResult::Nothing, 0);
+        let block = block.filter(|b| b.rest.version == save.version);
+        if let Some(instance) = block.and_then(|b| b.instance.as_mut())
+            && instance.class().retained.len() == save.cells.len()
+        {
+            let saved = instance.save_into(&mut save.cells);
+            took = clock().saturating_sub(now);
+            result = match saved {
+                Ok(true) => SaveResult::Saved,
+                Ok(false) => SaveResult::Nothing,
+                Err(fault) => {
+                    self.block_fault(save.block as usize, now, &fault);
+                    self.publish_state(now);
+                    self.write_points(now);
+                    SaveResult::Faulted
+                }
+            };
+            let rest = &mut self.parts.blocks[save.block as usize].rest;
+            rest.save_max = rest.save_max.max(took);
+        }
+        self.answer(SaveAnswer { save, result, time: now, took });
+        if self.is_interrupt() {
+            self.mark_oldest();
+        } else {
+            self.mark(u64::MAX);
+        }
+    }
+
+    fn answer(&mut self, saved: SaveAnswer) {
+        self.send(Report::Saved(saved));
+    }
+}

@@ -1,0 +1,52 @@
+//! Retained state and swaps: what is kept is always of the version that executes, or of the one before it.
+
+use super::{MS, S, count, plant, told};
+use latchwork_plant::operate::Operation;
+use latchwork_plant::run::RunOptions;
+use latchwork_plant::sim::{Action, Stimulus};
+use latchwork_plant::swap::{Part, SwapOrder};
+use latchwork_tests_plant::component_folders;
+
+/// The component that runs, as another file: with a section that means nothing.
+fn other() -> Vec<u8> {
+    let path = component_folders()[1].join("keeper-probe.wasm");
+    let mut bytes = std::fs::read(path).expect("the component");
+    bytes.extend(*b"\0\x05\x04note");
+    bytes
+}
+
+fn swap(at: u64, block: &str, bytes: Vec<u8>) -> Stimulus {
+    let part = Part { block: block.into(), file: "other.wasm".into(), bytes: bytes.into(), settings: Vec::new() };
+    let order = SwapOrder {
+        parts: vec![part],
+        shadow: 0,
+        tolerances: Vec::new(),
+        probation: 10,
+        allow_lossy: false,
+        dry_run: false,
+        save: false,
+    };
+    Stimulus { time: at, action: Action::Operate(Operation::Swap(Box::new(order))) }
+}
+
+#[test]
+fn a_swap_keeps_the_state_before_it_and_at_once_that_of_the_new_version() {
+    let options =
+        RunOptions { duration: Some(900 * MS), stimulus: vec![swap(500 * MS, "a", other())], ..RunOptions::default() };
+    let ran = plant().run(options);
+    assert!(told(&ran).contains(&"a exchanged".to_owned()), "{:?}", ran.records);
+    // Before the first interval is over.
+    let first = &ran.saves[0];
+    assert_eq!(first.blocks.keys().collect::<Vec<_>>(), ["a"]);
+    let before = count(first, "a");
+    assert!((50..=53).contains(&before), "{before}");
+    let second = &ran.saves[1];
+    let (old, new) = (&first.blocks["a"].version, &second.blocks["a"].version);
+    assert!(old.hash != new.hash && old.schema == new.schema && old.component == "keeper-probe", "{old:?} {new:?}");
+    assert!(count(second, "a") > before && count(second, "a") < before + 10);
+    assert!(second.blocks["a"].time < 600 * MS);
+    assert_eq!(count(&ran.left().retained, "a"), 90, "nothing was lost on the way");
+    // Without --save the plant file's version goes on from the new one's state.
+    let next = plant().retained(ran.left()).run_for(S);
+    assert_eq!(next.at("a.outputs.count", 0), "91");
+}
