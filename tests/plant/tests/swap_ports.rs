@@ -502,6 +502,24 @@ fn without_room_for_its_ports_a_version_is_refused_before_anything_is_touched() 
 }
 
 #[test]
+fn a_plan_says_which_qualities_the_plant_does_not_know_yet() {
+    let wit = FIRST.wit.replace("a: f64", "a: real-signal").replace("x: f64", "x: real-signal");
+    let wat = FIRST.wat.replace("f64 i32) (result i32)", "f64 i32 i32) (result i32)");
+    let mut dry = Version { wit, wat }.order("unit");
+    dry.dry_run = true;
+    let told = run(vec![(20, Operation::Swap(Box::new(dry))), (50, Operation::Swaps { number: None })]);
+    let swaps = told.swaps(1);
+    assert_eq!(swaps[0].stage, Stage::Planned, "{}", swaps[0].message);
+    assert_eq!(
+        swaps[0].blocks[0].notes,
+        [
+            "`unit.inputs.a` asks for a quality now; it is told good until the plant is started anew",
+            "`unit.outputs.x` has its own quality now; it is shown with the block's until the plant is started anew",
+        ]
+    );
+}
+
+#[test]
 fn a_plan_says_which_inputs_nobody_wires_yet() {
     let mut dry = SECOND.order("unit");
     dry.dry_run = true;

@@ -33,7 +33,10 @@ pub(super) fn broken(model: &Model, uses: &Uses, block: usize, new: &Class) -> (
             }
             Change::Gone { .. } => "the new version does not have it".to_owned(),
             // Whether a port carries its own quality breaks no wire.
-            Change::Type { .. } if same_type(class, new, change) => continue,
+            Change::Type { .. } if same_type(class, new, change) => {
+                notes.extend(own_quality(&model.blocks[block].name, new, change));
+                continue;
+            }
             Change::Type { from, to } => format!("it is {to} in the new version, not {from}"),
         };
         let Some(tag) = tag(class, block, change) else { continue };
@@ -60,6 +63,21 @@ fn ports(class: &Class, part: Part) -> &[Port] {
 fn same_type(old: &Class, new: &Class, change: &PortChange) -> bool {
     let find = |class| ports(class, change.part).iter().find(|p| p.path == change.name).map(|p| p.ty.clone());
     find(old) == find(new)
+}
+
+/// What the plant does not do with the quality that a port carries itself now.
+fn own_quality(block: &str, new: &Class, change: &PortChange) -> Option<String> {
+    let signal = ports(new, change.part).iter().any(|p| p.path == change.name && p.signal);
+    let name = &change.name;
+    match change.part {
+        Part::Inputs if signal => Some(format!(
+            "`{block}.inputs.{name}` asks for a quality now; it is told good until the plant is started anew"
+        )),
+        Part::Outputs if signal => Some(format!(
+            "`{block}.outputs.{name}` has its own quality now; it is shown with the block's until the plant is started anew"
+        )),
+        _ => None,
+    }
 }
 
 /// The tag of a port that the plant was laid out with.

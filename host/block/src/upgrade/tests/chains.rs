@@ -63,7 +63,7 @@ fn carry(old: &Type, cell: u64, new: &Type, start: u64) -> u64 {
     };
     match (old, old.value(cell)) {
         _ if old == new || *old == Type::Duration || *new == Type::Duration => cell,
-        (_, Value::Integer(value)) => number(value.into()).expect("it is clamped"),
+        (_, Value::Integer(value)) => number(value).expect("it is clamped"),
         (_, Value::Real(_)) => {
             let value = if *old == Type::F32 { f32::from_bits(cell as u32).into() } else { f64::from_bits(cell) };
             match new {
