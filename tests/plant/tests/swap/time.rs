@@ -48,7 +48,7 @@ impl Bench {
         // The last look at the clock is the scan's end. Those before come in pairs.
         let clock = || {
             let call = calls.replace(calls.get() + 1);
-            begun + (call + 1) / 2 * block
+            begun + call.div_ceil(2) * block
         };
         let running = self.plant.lanes[0].begin_scan(begun, begun, &clock);
         let state = if running { self.plant.lanes[0].end_scan(begun + whole) } else { self.plant.lanes[0].state() };
