@@ -7,6 +7,7 @@ use super::versions::Release;
 use super::{Phase, Shadow, Stage, Swap, SwapOrder, SwapStatus, Swaps, UNDER_WAY};
 use crate::assemble::{Plant, Time};
 use crate::operate::{Answer, Operator, Refused};
+use crate::run::{Clock, MachineClock};
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
 use std::sync::mpsc::channel;
@@ -132,7 +133,6 @@ impl Plant {
         Swap {
             status: self.swap_status(operator, now),
             operator: operator.clone(),
-            asked: now,
             lane,
             blocks,
             shadow: 0,
@@ -174,7 +174,11 @@ impl Plant {
             Time::Real => {
                 let (done, prepared) = channel();
                 // Whoever waits may have been called off.
-                let work = move || drop(done.send(job.run()));
+                let work = move || {
+                    let clock = MachineClock::start();
+                    let prepared = job.run();
+                    drop(done.send((prepared, clock.now())));
+                };
                 self.swaps.workers.spawn(work).map_err(|why| Refused::new("busy", why))?;
                 Phase::Preparing(prepared)
             }

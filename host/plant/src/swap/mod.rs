@@ -68,8 +68,6 @@ pub struct Swaps {
 struct Swap {
     status: SwapStatus,
     operator: Operator,
-    /// Plant time of the order, ns.
-    asked: u64,
     lane: usize,
     /// Blocks of the model, in the order of the parts.
     blocks: Vec<usize>,
@@ -91,8 +89,8 @@ struct Swap {
 
 /// Where a swap is.
 enum Phase {
-    /// On a thread of its own.
-    Preparing(Receiver<Prepared>),
+    /// On a thread of its own, which tells how long it took, ns.
+    Preparing(Receiver<(Prepared, u64)>),
     /// The same at virtual time: it is done in the next turn.
     Waiting(Box<Job>),
     /// Prepared, and seen in the shadow if that was wanted; settings that are on their way to the block come first.

@@ -43,7 +43,7 @@ impl Plant {
         let (prepared, took) = match phase {
             Phase::Waiting(job) => (job.run(), 0),
             Phase::Preparing(result) => match result.try_recv() {
-                Ok(prepared) => (prepared, now.saturating_sub(swap.asked)),
+                Ok(prepared) => prepared,
                 Err(TryRecvError::Empty) => {
                     swap.phase = Phase::Preparing(result);
                     return Step::On(swap);
