@@ -207,12 +207,13 @@ fn edges_ticks_storms_and_their_records_allocate_nothing() {
 fn an_exchange_its_probation_and_its_end_allocate_nothing_in_the_lane() {
     let v1 = Counter::new(1);
     let v2 = Counter { retained: Some("u64"), ..Counter::new(2) };
+    let v3 = Counter { double: true, elapsed: false, inputs: &[("more", "f64")], ..Counter::new(3) };
     let rig = Rig::new(
         "[lane.main]\nevery = \"10ms\"\n[block.count]\ncomponent = \"v1.wasm\"\nlane = \"main\"\n\
          [block.other]\ncomponent = \"v1.wasm\"\nlane = \"main\"\n",
     );
     // Its folder stays while orders read from it.
-    let rig = rig.with("v1", &v1.component()).with("v2", &v2.component());
+    let rig = rig.with("v1", &v1.component()).with("v2", &v2.component()).with("v3", &v3.component());
     let mut plant = rig.plant(Time::Virtual);
     let mut now = 0;
     let mut act = |plant: &mut latchwork_plant::assemble::Plant, row: &str, scans: u64| {
@@ -244,6 +245,9 @@ fn an_exchange_its_probation_and_its_end_allocate_nothing_in_the_lane() {
     assert_eq!(act(&mut plant, "rollback.count,1", 20), (0, vec![1, 2]), "taken back");
     assert_eq!(act(&mut plant, "rollback.count,2", 20), (0, vec![5, 2]), "an earlier version");
     assert_eq!(act(&mut plant, "", 1000), (0, vec![5, 2]), "steady again");
+    assert_eq!(act(&mut plant, "swap.count,v3.wasm probation=50", 40), (0, vec![6, 2]), "with other ports");
+    assert_eq!(act(&mut plant, "rollback.count,1", 1000), (0, vec![5, 2]), "without them");
+    assert_eq!(act(&mut plant, "swap.count,v3.wasm probation=50", 1000), (0, vec![7, 2]), "with them for good");
 }
 
 const RETAINED: &str = r#"
