@@ -90,7 +90,7 @@ pub struct Told {
 /// # Panics
 /// If the text it is made from is wrong.
 pub fn counter(fields: usize, salt: u64, trap: u64) -> Vec<u8> {
-    let names: String = (0..fields).map(|n| format!(", f{n}: u64")).collect();
+    let names: String = (0..fields).map(|n| format!(", v{n}: u64")).collect();
     let wit = format!(
         "package bench:soak@0.1.0;\ninterface counter {{\nuse latchwork:block/types@0.1.0.{{scan}};\n\
          record inputs {{ hold: bool }}\nrecord outputs {{ count: u64 }}\nrecord retained {{ count: u64, first: u64{names} }}\n\
