@@ -163,6 +163,7 @@ pub struct Lane {
     /// A block whose state is wanted.
     saving: Option<save::Waiting>,
     /// Exchanges that are timed, and those whose old versions wait.
+    #[expect(clippy::vec_box, reason = "each goes back in the box that it came in: nothing is allocated here")]
     trials: Vec<Box<Exchange>>,
     /// Their blocks, in order.
     timed: Vec<u32>,

@@ -132,7 +132,7 @@ struct Context<'a> {
 impl Context<'_> {
     fn part(&self, part: JobPart, plan: &mut Option<BlockPlan>) -> Result<Ready, String> {
         match part.from {
-            From::Bytes { ref file, ref bytes } => self.new(&part, file, bytes, plan),
+            From::Bytes { ref file, ref bytes } => self.brought(&part, file, bytes, plan),
             From::Earlier(earlier) => {
                 let part = JobPart { from: From::Bytes { file: String::new(), bytes: [].into() }, ..part };
                 self.earlier(&part, *earlier, plan)
@@ -141,7 +141,7 @@ impl Context<'_> {
     }
 
     /// A component that an operator brought.
-    fn new(&self, part: &JobPart, file: &str, bytes: &[u8], plan: &mut Option<BlockPlan>) -> Result<Ready, String> {
+    fn brought(&self, part: &JobPart, file: &str, bytes: &[u8], plan: &mut Option<BlockPlan>) -> Result<Ready, String> {
         let old = Arc::clone(part.recipe.template.class());
         let name = Path::new(file).file_stem().unwrap_or_default().to_string_lossy();
         let component = self.engine.load_bytes(&name, bytes).map_err(|e| format!("`{file}`: {e}"))?;
