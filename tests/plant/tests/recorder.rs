@@ -287,7 +287,8 @@ fn a_torn_or_damaged_file_costs_what_is_torn_and_no_more() {
     assert!(recording.damage[0].contains("its checksum is wrong"), "{:?}", recording.damage);
     let replayed = again(&recording, "count", &Options::default());
     assert!(replayed.equal() && replayed.executions > 100, "{replayed:#?}");
-    assert!(replayed.executions < all, "{replayed:#?}");
+    let left: u64 = ["count", "unit"].iter().map(|block| executions(&recording, block)).sum();
+    assert!(left < 2 * all, "{left}");
 }
 
 #[test]

@@ -5,7 +5,7 @@
 
 use super::grounds::Grounds;
 use super::player::Version;
-use super::run::{beginning, segments_of, version_of};
+use super::run::{nearest, segments_of, version_of};
 use super::{Event, Options, Recording, ReplayError, Segment, Start};
 use latchwork_block::{Class, Engine, Port, Scan};
 use latchwork_image::{Quality, Type, format_duration};
@@ -41,7 +41,7 @@ pub fn export(
     options: &Options,
 ) -> Result<Exported, ReplayError> {
     let segments = segments_of(recording, run, block)?;
-    let segments = &segments[beginning(segments, options.from)..];
+    let segments = &segments[nearest(segments, options.from)..];
     let Some(first) = segments.first() else {
         return Err(ReplayError::Unknown { run, block: block.into(), hint: String::new() });
     };

@@ -153,6 +153,17 @@ pub(super) fn beginning(segments: &[Segment], from: u64) -> usize {
     cold.or(state).or_else(|| segments.iter().position(|s| s.head.start != Start::Continued)).unwrap_or(0)
 }
 
+/// The nearest segment before a time from which a block can be run at all: what it gives from there is what counts.
+pub(super) fn nearest(segments: &[Segment], from: u64) -> usize {
+    let begins = |s: &Segment| match &s.head.start {
+        Start::Cold => true,
+        Start::State(cells) => !cells.is_empty(),
+        Start::Continued => false,
+    };
+    let before = |s: &Segment| s.head.from <= from || s.head.executions == 0;
+    segments.iter().rposition(|s| before(s) && begins(s)).unwrap_or_else(|| beginning(segments, from))
+}
+
 struct Replay<'a> {
     recording: &'a Recording,
     engine: &'a Engine,
