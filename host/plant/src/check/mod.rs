@@ -99,8 +99,7 @@ pub fn check_text(path: &Path, text: String, engine: &Engine, options: CheckOpti
     // What a broken text means is guesswork; its own errors are enough.
     if checker.findings.is_empty() {
         let file = file::read(&mut checker, root.get_ref(), &text);
-        let folder = path.parent().unwrap_or(Path::new(""));
-        let model = model.insert(build(&mut checker, &file, engine, folder, options));
+        let model = model.insert(build(&mut checker, &file, engine, path, options));
         model.file = path.into();
     }
     let mut findings = checker.findings;
