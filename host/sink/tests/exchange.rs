@@ -164,11 +164,13 @@ fn on_probation_nothing_else_is_exchanged_and_the_old_one_comes_back_when_it_is_
     bench.stop();
 }
 
-/// A journal with a logger of components.
-fn logger(folder: &Path, table: &str) -> (Bench, Config) {
-    let config = loggers::config(folder, table);
-    let config = Config { name: "s".into(), ..config };
-    (Bench::start(folder, vec![(&COMPONENT, config.clone())]), config)
+/// A journal with the logger of the documentation, which asks for nothing and writes `logs/records.txt`.
+fn logger(folder: &Path, keys: &str) -> Bench {
+    let component = loggers::target().join("test-components/first-logger.wasm");
+    let keys = format!("component = {component:?}\ndirectory = 'logs'\nbatch = 1\nwait = '1ms'\nbudget = '1s'\n{keys}");
+    let config = support::config(&COMPONENT, folder, &keys);
+    let config = Config { cache: Some(loggers::target().join("test-cache")), ..config };
+    Bench::start(folder, vec![(&COMPONENT, config)])
 }
 
 fn shipped(name: &str, folder: &str) -> Arc<[u8]> {
@@ -178,17 +180,12 @@ fn shipped(name: &str, folder: &str) -> Arc<[u8]> {
 #[test]
 fn a_component_is_exchanged_for_another_and_back_when_it_traps_or_hangs() {
     let folder = TempDir::new().unwrap();
-    let stray = |does: &str| format!("\nbudget = '300ms'\n[config]\nat = 12\ndoes = '{does}'");
     for does in ["panic", "hang", "refuse", "lie"] {
         let folder = folder.path().join(does);
         std::fs::create_dir(&folder).unwrap();
-        let table = format!(
-            "kind = 'component'\ncomponent = 'csv-days'\ndirectory = 'logs'\nbatch = 1\nwait = '1ms'{}",
-            stray(does)
-        );
-        let (mut bench, _) = logger(&folder, &table);
+        let mut bench = logger(&folder, &format!("config = {{ at = 12, does = '{does}' }}"));
         let swapper = bench.runner.as_ref().unwrap().swapper();
-        assert_eq!(swapper.version("s").unwrap().component, "csv-days");
+        assert_eq!(swapper.version("s").unwrap().component, "first-logger");
         bench.store(10);
         bench.deliver(PATIENCE);
         let bytes = shipped("stray-logger", "test-components");
@@ -201,13 +198,11 @@ fn a_component_is_exchanged_for_another_and_back_when_it_traps_or_hangs() {
             bench.deliver(PATIENCE);
         }
         assert!(matches!(ended(&exchange), Phase::RolledBack(_)), "{does}");
-        assert_eq!(swapper.version("s").unwrap().component, "csv-days", "{does}");
+        assert_eq!(swapper.version("s").unwrap().component, "first-logger", "{does}");
         bench.stop();
         // The stray one took number 11 and forgot it; all others are in the file, once.
-        let files = std::fs::read_dir(folder.join("logs")).unwrap().flatten();
-        let text: String = files.map(|f| std::fs::read_to_string(f.path()).unwrap()).collect();
-        let mut numbers: Vec<u64> = text.lines().filter_map(|l| l.split(',').next()?.parse().ok()).collect();
-        numbers.sort_unstable();
+        let text = std::fs::read_to_string(folder.join("logs/records.txt")).unwrap();
+        let numbers: Vec<u64> = text.lines().filter_map(|l| l.split(' ').next()?.parse().ok()).collect();
         let expected: Vec<u64> = (1..=14).filter(|n| *n != 11).collect();
         assert_eq!(numbers, expected, "{does}: {text}");
     }
@@ -216,8 +211,7 @@ fn a_component_is_exchanged_for_another_and_back_when_it_traps_or_hangs() {
 #[test]
 fn what_is_no_logger_or_does_not_open_is_refused_and_a_dry_run_opens_nothing() {
     let folder = TempDir::new().unwrap();
-    let table = "kind = 'component'\ncomponent = 'csv-days'\ndirectory = 'logs'\nconfig = { does = 'refuse', at = 0 }";
-    let (mut bench, _) = logger(folder.path(), table);
+    let mut bench = logger(folder.path(), "config = { does = 'refuse', at = 0 }");
     let swapper = bench.runner.as_ref().unwrap().swapper();
     bench.store(3);
     bench.deliver(PATIENCE);
@@ -231,6 +225,6 @@ fn what_is_no_logger_or_does_not_open_is_refused_and_a_dry_run_opens_nothing() {
     assert!(matches!(ended(&exchange), Phase::Refused(why) if why.contains("does not open: I do not like")));
     bench.store(3);
     bench.deliver(PATIENCE);
-    assert_eq!(swapper.version("s").unwrap().component, "csv-days");
+    assert_eq!(swapper.version("s").unwrap().component, "first-logger");
     bench.stop();
 }
