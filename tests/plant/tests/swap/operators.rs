@@ -66,9 +66,9 @@ fn run(rig: &Rig, wishes: Vec<(u64, Operation)>) -> Told {
 
 impl Told {
     /// Values of the tags that a wish has read.
-    fn read(&self, wish: usize) -> Vec<&str> {
+    fn read(&self, wish: usize) -> Vec<String> {
         match &self.answers[wish] {
-            Ok(Answer::Tags(rows)) => rows.iter().map(|r| r.value.as_str()).collect(),
+            Ok(Answer::Tags(rows)) => rows.iter().map(|r| r.value.to_string()).collect(),
             other => panic!("{other:?}"),
         }
     }
@@ -145,11 +145,11 @@ fn a_rollback_that_was_called_off_can_be_tried_again() {
         ],
     );
     assert_eq!(told.told("cancelled").len(), 1);
-    let (before, after) = (told.read(0)[0], told.read(5));
+    let (before, after) = (&told.read(0)[0], told.read(5));
     // It retains nothing: only its instance knows how far it had counted.
     let count = |text: &str| text.parse::<u64>().expect("a count");
     assert_eq!(after[1], "1");
-    assert!(count(after[0]) > count(before) + 5, "{after:?} {before}");
+    assert!(count(&after[0]) > count(before) + 5, "{after:?} {before}");
 }
 
 #[test]
@@ -170,10 +170,10 @@ fn a_rollback_that_was_refused_can_be_tried_again() {
     );
     let refused = told.told("refused");
     assert!(refused.len() == 1 && refused[0].contains("an operator forces `count.outputs.double`"), "{refused:?}");
-    let (before, after) = (told.read(0)[0], told.read(6));
+    let (before, after) = (&told.read(0)[0], told.read(6));
     let count = |text: &str| text.parse::<u64>().expect("a count");
     assert_eq!(after[1], "1");
-    assert!(count(after[0]) > count(before) + 5, "{after:?} {before}");
+    assert!(count(&after[0]) > count(before) + 5, "{after:?} {before}");
 }
 
 #[test]
