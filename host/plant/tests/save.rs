@@ -264,11 +264,6 @@ fn a_folder_that_cannot_be_written_changes_nothing() {
     assert_eq!(bench.text(), text);
 }
 
-fn with_settings(block: &str, bytes: &[u8], settings: &[(&str, u64)]) -> Keep {
-    let settings = settings.iter().map(|(name, cell)| ((*name).to_owned(), *cell)).collect();
-    Keep { settings, ..keep(block, "slow.wasm", bytes) }
-}
-
 /// Blocks with a setting: in a table with a value, in one with another key, and in an inline table.
 const SET: &str = r#"[plant]
 name = "stairs"
