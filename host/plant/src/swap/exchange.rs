@@ -88,14 +88,23 @@ impl Plant {
 
     /// An exchange has ended.
     pub(crate) fn swap_ended(&mut self, exchange: Exchange, now: u64) {
-        let Some(at) = self.swaps.under_way.iter().position(|s| s.status.number == exchange.number) else { return };
+        let Some(at) = self.swaps.under_way.iter().position(|s| s.status.number == exchange.number) else {
+            // It was called off on its way to the lane, which has not done it.
+            let at = self.swaps.not_done.iter().position(|(number, ..)| *number == exchange.number);
+            if let Some((_, blocks, coming)) = at.and_then(|at| self.swaps.not_done.remove(at)) {
+                self.give_back(&blocks, coming, exchange.parts.into_vec());
+            }
+            return;
+        };
         let mut swap = self.swaps.under_way.remove(at);
         let Exchange { parts, end, ended, probation, .. } = exchange;
         let parts = parts.into_vec();
         match end {
             End::Open => {}
             End::Refused(why) => {
-                self.give_back(&mut swap, parts);
+                if let Phase::Exchanging(coming) = std::mem::replace(&mut swap.phase, Phase::Over) {
+                    self.give_back(&swap.blocks, coming, parts);
+                }
                 self.tell_swap(&swap, "refused", why.as_str(), ended);
                 self.swaps.end(swap, Stage::Refused, why.as_str().into());
             }
@@ -125,9 +134,8 @@ impl Plant {
     }
 
     /// What the lane has not taken stays what can be gone back to.
-    fn give_back(&mut self, swap: &mut Swap, parts: Vec<Exchanging>) {
-        let Phase::Exchanging(coming) = std::mem::replace(&mut swap.phase, Phase::Over) else { return };
-        for ((block, part), coming) in swap.blocks.iter().zip(parts).zip(coming) {
+    fn give_back(&mut self, blocks: &[usize], coming: Vec<Coming>, parts: Vec<Exchanging>) {
+        for ((block, part), coming) in blocks.iter().zip(parts).zip(coming) {
             let history = self.swaps.histories.get_mut(block);
             let earlier = coming.was.and_then(|was| history?.find(was));
             // What has got a state may have failed at it.

@@ -284,6 +284,12 @@ impl Swaps {
     pub(super) fn end(&mut self, mut swap: Swap, stage: Stage, message: String) {
         swap.status.stage = stage;
         swap.status.left = 0;
+        if let Phase::Exchanging(coming) = std::mem::replace(&mut swap.phase, Phase::Over) {
+            self.not_done.push_back((swap.status.number, swap.blocks, coming));
+            if self.not_done.len() > UNDER_WAY {
+                self.not_done.pop_front();
+            }
+        }
         if !message.is_empty() {
             swap.status.message = message;
         }

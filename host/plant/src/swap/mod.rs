@@ -52,6 +52,8 @@ pub struct Swaps {
     version: u64,
     under_way: Vec<Swap>,
     ended: VecDeque<SwapStatus>,
+    /// Swaps that have ended while their exchange was on its way: number, blocks, what was to become of each.
+    not_done: VecDeque<(u64, Vec<usize>, Vec<Coming>)>,
     /// By block of the model; one that was never swapped has none.
     histories: BTreeMap<usize, History>,
     workers: Workers,
