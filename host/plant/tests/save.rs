@@ -122,7 +122,7 @@ fn saver(path: &Path) -> Saver {
 }
 
 fn keep(block: &str, file: &str, bytes: &[u8]) -> Keep {
-    Keep { block: block.into(), file: file.into(), bytes: bytes.into() }
+    Keep { block: block.into(), file: file.into(), bytes: bytes.into(), settings: Vec::new() }
 }
 
 #[test]
@@ -262,4 +262,64 @@ fn a_folder_that_cannot_be_written_changes_nothing() {
     let why = bench.save(&[keep("light", "slow.wasm", &shipped("tof"))]).expect_err("it cannot").to_string();
     assert!(why.contains("own") && why.contains("cannot be"), "{why}");
     assert_eq!(bench.text(), text);
+}
+
+/// Blocks with a setting: in a table with a value, in one with another key, and in an inline table.
+const SET: &str = r#"[plant]
+name = "stairs"
+components = ["own", "shipped"]
+[lane.main]
+every = "10ms"
+[block.light]
+component = "digital-veracity"
+settings.time = "3s" # enough
+lane = "main"
+[block.door]
+  component = "digital-veracity" # bounces
+  lane = "main"
+[block]
+bell = { component = "digital-veracity", lane = "main" }
+"#;
+
+fn with_settings(block: &str, bytes: &[u8], settings: &[(&str, u64)]) -> Keep {
+    let settings = settings.iter().map(|(name, cell)| ((*name).to_owned(), *cell)).collect();
+    Keep { settings, ..keep(block, "slow.wasm", bytes) }
+}
+
+fn set() -> (Bench, Vec<u8>) {
+    let bench = Bench::new(PLANT);
+    let component = shipped("digital-veracity");
+    bench.write("shipped/digital-veracity.wasm", &component);
+    bench.write("plant.toml", SET);
+    let saver = saver(&bench.path("plant.toml"));
+    (Bench { saver, ..bench }, component)
+}
+
+#[test]
+fn settings_that_run_and_that_the_file_would_not_give_are_written() {
+    let (bench, component) = set();
+    let all = [
+        with_settings("light", &component, &[("time", 7_000_000_000)]),
+        with_settings("door", &component, &[("time", 500_000_000)]),
+    ];
+    bench.save(&all).expect("it is saved");
+    let expected = SET
+        .replacen("\"digital-veracity\"", "\"slow\"", 2)
+        .replace("\"3s\" # enough", "\"7s\" # enough")
+        .replace("# bounces\n", "# bounces\n  settings.time = \"500ms\"\n");
+    assert_eq!(bench.text(), expected);
+}
+
+#[test]
+fn settings_that_it_starts_with_anyway_are_not_written() {
+    let (bench, component) = set();
+    bench.save(&[with_settings("door", &component, &[("time", 50_000_000)])]).expect("it is saved");
+    assert_eq!(bench.text(), SET.replacen("\"digital-veracity\" # bounces", "\"slow\" # bounces", 1));
+}
+
+#[test]
+fn a_setting_without_a_place_for_it_is_said_and_nothing_is_saved() {
+    let (bench, component) = set();
+    let keep = with_settings("bell", &component, &[("time", 1_000_000)]);
+    bench.refuses(&[keep], "write `settings.time = \"1ms\"` into its table");
 }

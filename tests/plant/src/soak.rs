@@ -12,7 +12,7 @@ use latchwork_plant::lane::Change;
 use latchwork_plant::model::TagRef;
 use latchwork_plant::operate::{Answer, Console, Operation, Operator, Refused};
 use latchwork_plant::run::{Control, MachineClock, Observer, Outcome, RunOptions, run_real};
-use latchwork_plant::swap::{Part, Stage, SwapOrder, SwapStatus};
+use latchwork_plant::swap::{Part, Stage, SwapOrder, SwapStatus, WayBack};
 use latchwork_record::{Kept, Kind, Record};
 use latchwork_retain::{Figures, Memory, Vault};
 use std::collections::HashMap;
@@ -258,7 +258,7 @@ impl Soak {
     }
 
     fn back(&self, console: &Console, shared: &Shared, block: String) {
-        self.follow(console, shared, Operation::Rollback { block, steps: 1 }, false, true);
+        self.follow(console, shared, Operation::Rollback { block, to: WayBack::Steps(1) }, false, true);
     }
 
     /// Orders something and waits for its end.

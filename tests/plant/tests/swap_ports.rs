@@ -4,7 +4,7 @@ use latchwork_plant::assemble::Time;
 use latchwork_plant::lane::Change;
 use latchwork_plant::operate::{Answer, Console, Operation, Operator, Refused};
 use latchwork_plant::run::{Control, Observer, RunOptions, run_virtual};
-use latchwork_plant::swap::{Part, Stage, SwapOrder, SwapStatus};
+use latchwork_plant::swap::{Part, Stage, SwapOrder, SwapStatus, WayBack};
 use latchwork_record::{Kept, Kind, Record};
 use latchwork_tests_plant::Rig;
 use latchwork_tests_plant::forge::component;
@@ -366,7 +366,7 @@ fn what_a_version_does_not_have_is_bad_until_one_has_it_again() {
             (120, all()),
             (130, THIRD.swap()),
             (200, all()),
-            (210, Operation::Rollback { block: "unit".into(), steps: 2 }),
+            (210, Operation::Rollback { block: "unit".into(), to: WayBack::Steps(2) }),
             (300, all()),
         ],
     );

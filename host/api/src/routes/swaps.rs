@@ -11,7 +11,7 @@ use axum::extract::{Path, Request, State};
 use base64::Engine;
 use base64::prelude::BASE64_STANDARD;
 use latchwork_plant::operate::{Answer, Operation, Refused};
-use latchwork_plant::swap::{Part, SwapOrder, Tolerance};
+use latchwork_plant::swap::{Part, SwapOrder, Tolerance, WayBack};
 use serde::Deserialize;
 use serde_json::Value;
 use std::borrow::Cow;
@@ -206,6 +206,8 @@ pub(super) async fn cancel(
 #[serde(deny_unknown_fields)]
 pub(super) struct Rollback {
     steps: Option<u64>,
+    /// Beginning of the hash of the version, instead of steps.
+    to: Option<String>,
     reason: Option<String>,
 }
 
@@ -215,11 +217,13 @@ pub(super) async fn rollback(
     Path(block): Path<String>,
     Fields(f): Fields<Rollback>,
 ) -> Answered {
-    let steps = f.steps.unwrap_or(1);
-    if steps == 0 {
-        return Err(Failure::value("`steps` is 0; expected how many versions back, from 1"));
-    }
-    caller.ask(&shared, f.reason, Operation::Rollback { block, steps }).await.map(Json)
+    let to = match (f.steps, f.to) {
+        (Some(_), Some(_)) => return Err(Failure::value("`steps` and `to` are both given; expected one of them")),
+        (Some(0), None) => return Err(Failure::value("`steps` is 0; expected how many versions back, from 1")),
+        (steps, None) => WayBack::Steps(steps.unwrap_or(1)),
+        (None, Some(hash)) => WayBack::To(hash),
+    };
+    caller.ask(&shared, f.reason, Operation::Rollback { block, to }).await.map(Json)
 }
 
 fn numbered(text: &str) -> Result<u64, Failure> {

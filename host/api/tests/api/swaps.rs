@@ -6,7 +6,7 @@ use base64::Engine;
 use base64::prelude::BASE64_STANDARD;
 use latchwork_api::Limits;
 use latchwork_plant::operate::Operation;
-use latchwork_plant::swap::{Part, SwapOrder, SwapStatus, Tolerance};
+use latchwork_plant::swap::{Part, SwapOrder, SwapStatus, Tolerance, WayBack};
 use serde_json::{Value, json};
 use std::io::{Read, Write};
 use std::sync::Arc;
@@ -73,11 +73,13 @@ fn swaps_are_listed_asked_for_called_off_and_rolled_back() {
     let (found, _, answer) = operation_of("GET", "/v1/swaps/7", None);
     assert_eq!((found, &answer["stage"]), (Operation::Swaps { number: Some(7) }, &json!("shadow")));
     assert_eq!(post("/v1/swaps/7/cancel", json!({})).0, Operation::CancelSwap { number: 7 });
-    let rollback = |steps| Operation::Rollback { block: "zone-b.turbo".into(), steps };
+    let rollback = |steps| Operation::Rollback { block: "zone-b.turbo".into(), to: WayBack::Steps(steps) };
     let (found, reason, answer) =
         post("/v1/blocks/zone-b.turbo/rollback", json!({ "steps": 2, "reason": "it chatters" }));
     assert_eq!((found, reason.as_str(), &answer["number"]), (rollback(2), "it chatters", &json!(7)));
     assert_eq!(post("/v1/blocks/zone-b.turbo/rollback", json!({})).0, rollback(1));
+    let to = Operation::Rollback { block: "zone-b.turbo".into(), to: WayBack::To("3f9a".into()) };
+    assert_eq!(post("/v1/blocks/zone-b.turbo/rollback", json!({ "to": "3f9a" })).0, to);
     let rig = rig(&[], Limits::default());
     let (status, reason, message) = refused(rig.client().get::<Value>("/v1/swaps/8", &[]));
     assert_eq!((status, reason.as_str()), (404, "unknown"), "{message}");
@@ -142,6 +144,7 @@ fn what_is_wrong_with_an_order_is_told_with_its_field_and_never_reaches_the_plan
         ("GET /v1/swaps/first", json!(null)),
         ("POST /v1/swaps/-1/cancel", json!({})),
         ("POST /v1/blocks/unit/rollback", json!({ "steps": 0 })),
+        ("POST /v1/blocks/unit/rollback", json!({ "steps": 2, "to": "3f9a" })),
     ] {
         let body = if body.is_null() { String::new() } else { body.to_string() };
         let (status, answer) = rig.raw(&format!("{head} HTTP/1.1"), &body);

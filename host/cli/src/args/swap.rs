@@ -79,6 +79,9 @@ pub(crate) struct Rollback {
     /// How many versions back.
     #[arg(long, value_name = "N", default_value = "1", value_parser = clap::value_parser!(u64).range(1..))]
     pub(crate) steps: u64,
+    /// The version with this hash, or its first digits, instead; `latchwork status --json` lists them.
+    #[arg(long, value_name = "HASH", conflicts_with = "steps")]
+    pub(crate) to: Option<String>,
     /// Do not ask; needed where nobody can be asked.
     #[arg(long, short)]
     pub(crate) yes: bool,

@@ -14,6 +14,7 @@ use serde_json::{Map, Value};
 /// What comes first, in this order; the rest comes as it comes.
 const ORDER: &[&str] = &[
     "name",
+    "steps",
     "plant",
     "sim",
     "epoch-ns",
@@ -22,6 +23,7 @@ const ORDER: &[&str] = &[
     "hash",
     "differs",
     "since",
+    "until",
     "by",
     "versions",
     "class",
@@ -53,11 +55,32 @@ pub(super) fn execute(args: &Status) -> Result<Exit> {
 
 fn text(answer: &Value) -> String {
     let Some(fields) = answer.as_object() else { return format!("{}\n", shown(answer)) };
+    let fields = &with_earlier(fields.clone());
     let mut values = Table::new();
     values.load_style(presets::NOTHING);
     let mut tables = String::new();
     flat(fields, "", &mut values, &mut tables);
     format!("{}{tables}", lines(&values))
+}
+
+/// The earlier versions of all blocks as one list, which a table can show.
+fn with_earlier(mut fields: Map<String, Value>) -> Map<String, Value> {
+    let mut all = Vec::new();
+    for block in fields.get_mut("blocks").and_then(Value::as_array_mut).into_iter().flatten() {
+        let Some(block) = block.as_object_mut() else { continue };
+        let name = block.get("name").cloned().unwrap_or_default();
+        let Some(Value::Array(rows)) = block.remove("earlier") else { continue };
+        for mut row in rows {
+            if let Some(row) = row.as_object_mut() {
+                row.insert("name".into(), name.clone());
+            }
+            all.push(row);
+        }
+    }
+    if !all.is_empty() {
+        fields.insert("earlier versions".into(), all.into());
+    }
+    fields
 }
 
 /// Values as lines, objects as lines with longer names, lists as tables below.
@@ -100,7 +123,11 @@ fn grid(rows: &[Value]) -> String {
 
 /// The name of a column.
 fn title(name: &str) -> String {
-    if name == "since" { "since (UTC)".into() } else { plain(name.strip_suffix("-ns").unwrap_or(name)) }
+    if matches!(name, "since" | "until") {
+        format!("{name} (UTC)")
+    } else {
+        plain(name.strip_suffix("-ns").unwrap_or(name))
+    }
 }
 
 /// A value with its name; nanoseconds are shown as a duration with the digits that matter.
@@ -113,7 +140,7 @@ fn named(name: &str, value: &Value) -> [String; 2] {
         }
         // As many digits as tell versions apart.
         _ if name == "hash" => [name.into(), shown(value).chars().take(12).collect()],
-        _ if name == "since" => ["since (UTC)".into(), time(value.as_u64().unwrap_or_default())],
+        _ if matches!(name, "since" | "until") => [title(name), time(value.as_u64().unwrap_or_default())],
         _ => [name.into(), shown(value)],
     }
 }
@@ -132,7 +159,9 @@ mod tests {
                 { "name": "trip", "state": "running\u{1b}[2J", "also": null },
             ],
             "blocks": [{ "name": "tank", "component": "tank-2", "hash": "5e".repeat(32), "differs": true, "by": "alice",
-                "since": 1_795_737_600_000_000_000u64, "versions": 1, "class": "acme:tanks/tank@1.0.0" }],
+                "since": 1_795_737_600_000_000_000u64, "versions": 1, "class": "acme:tanks/tank@1.0.0",
+                "earlier": [{ "steps": 1, "component": "tank", "hash": "3a".repeat(32), "by": "",
+                    "since": 1_795_737_000_000_000_000u64, "until": 1_795_737_600_000_000_000u64 }] }],
         });
         insta::assert_snapshot!(text(&status));
     }

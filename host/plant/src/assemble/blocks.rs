@@ -54,7 +54,7 @@ fn limits(block: &Block, time: Time, tick: u64) -> Limits {
 }
 
 /// The file's settings, completed by the component's defaults, or 0.
-fn complete(class: &Class, given: &[Option<u64>], defaults: Option<&[u64]>) -> Vec<u64> {
+pub(crate) fn complete(class: &Class, given: &[Option<u64>], defaults: Option<&[u64]>) -> Vec<u64> {
     (0..class.settings.len())
         .map(|i| given.get(i).copied().flatten().or_else(|| defaults.and_then(|d| d.get(i).copied())).unwrap_or(0))
         .collect()

@@ -1,7 +1,7 @@
 //! From the checked model to a plant that can run: instances, regions, lanes, drivers.
 
 mod alarms;
-mod blocks;
+pub(crate) mod blocks;
 mod interrupt;
 mod lane;
 mod points;

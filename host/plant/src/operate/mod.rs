@@ -15,7 +15,7 @@ mod settings;
 mod status;
 mod tags;
 
-use crate::swap::SwapOrder;
+use crate::swap::{SwapOrder, WayBack};
 pub use answer::{AlarmRow, Answer, ForceRow, Refused, TagRow};
 pub use console::{Console, Pending, Wishes, console};
 pub use desk::{Desk, Wish};
@@ -141,8 +141,8 @@ pub enum Operation {
     Rollback {
         /// Block.
         block: String,
-        /// How many versions back, from 1.
-        steps: u64,
+        /// Which.
+        to: WayBack,
     },
 }
 

@@ -113,7 +113,7 @@ impl Plant {
             Operation::Swap(order) => self.swap(order, &operator, now),
             Operation::CancelSwap { number } => self.cancel_swap(*number, &operator, now),
             Operation::Swaps { number } => self.swap_list(*number),
-            Operation::Rollback { block, steps } => self.rollback(block, *steps, &operator, now),
+            Operation::Rollback { block, to } => self.rollback(block, to, &operator, now),
             // Those of alarms went another way.
             _ => Err(Refused::new("unknown", "this plant does not know the operation")),
         };

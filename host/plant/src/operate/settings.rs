@@ -189,13 +189,11 @@ impl Plant {
         for (port, cell) in &configuring.ports {
             let ty = &model.blocks[block].class.settings[*port].ty;
             let tag = model.tag_name(TagRef::Setting { block, port: *port });
-            let at = self.layout.settings[block][*port];
-            let (before, of_file) = (self.desk.cells[at], self.desk.of_file[at]);
-            let kept = json!({ "value": ty.format(*cell), "file": ty.format(of_file) });
-            let value = (*cell != of_file).then(|| kept.to_string());
+            let before = self.desk.cells[self.layout.settings[block][*port]];
             let mut draft = Self::did(now, Kind::Setting, &tag, "written", &configuring.operator);
             (draft.previous, draft.current) = (ty.value(before), ty.value(*cell));
-            self.tell(draft, vec![Kept { name: format!("{PREFIX}{tag}"), value }]);
+            let kept = self.kept_cell(block, *port, *cell);
+            self.tell(draft, vec![kept]);
             sentences.push(format!("{tag} is {} now, it was {}", ty.format(*cell), ty.format(before)));
         }
         // What was staged in the meantime stays.
@@ -204,6 +202,20 @@ impl Plant {
         }
         self.settings_taken(block, answer, now);
         configuring.ticket().taken(sentences);
+    }
+
+    /// How the setting that is in effect is kept over a restart.
+    pub(crate) fn kept_as(&self, block: usize, port: usize) -> Kept {
+        self.kept_cell(block, port, self.desk.cells[self.layout.settings[block][port]])
+    }
+
+    /// What the plant file says itself need not be kept.
+    fn kept_cell(&self, block: usize, port: usize, cell: u64) -> Kept {
+        let (ty, of_file) =
+            (&self.model.blocks[block].class.settings[port].ty, self.desk.of_file[self.layout.settings[block][port]]);
+        let kept = json!({ "value": ty.format(cell), "file": ty.format(of_file) });
+        let tag = self.model.tag_name(TagRef::Setting { block, port });
+        Kept { name: format!("{PREFIX}{tag}"), value: (cell != of_file).then(|| kept.to_string()) }
     }
 
     /// New settings are in effect: shown, and what a restarted block gets.

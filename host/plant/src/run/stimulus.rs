@@ -4,7 +4,7 @@ use crate::assemble::Plant;
 use crate::model::TagRef;
 use crate::operate::Operation;
 use crate::sim::{Action, Stimulus};
-use crate::swap::{Part, SwapOrder};
+use crate::swap::{Part, SwapOrder, WayBack};
 use latchwork_image::{Type, nearest};
 use latchwork_io::stimulus::Stimulus as Row;
 use std::path::Path;
@@ -67,15 +67,18 @@ fn action(plant: &Plant, row: &Row) -> Result<Action, String> {
     }
 }
 
-/// `swap.BLOCK` with a component and words behind it, `rollback.BLOCK` with a number of steps.
+/// `swap.BLOCK` with a component and words behind it, `rollback.BLOCK` with a number of steps or `to=HASH`.
 fn swap(plant: &Plant, row: &Row) -> Result<Option<Operation>, String> {
     let known = |name: &&str| plant.model.blocks.iter().any(|b| b.name == **name);
     let number = |word: &str, of: &str| {
         word.parse::<u64>().map_err(|_| format!("`{}`: \"{word}\" is no whole number{of}", row.tag))
     };
     if let Some(block) = row.tag.strip_prefix("rollback.").filter(known) {
-        let steps = number(row.value.trim(), " of versions to go back")?;
-        return Ok(Some(Operation::Rollback { block: block.into(), steps }));
+        let to = match row.value.trim().strip_prefix("to=") {
+            Some(hash) => WayBack::To(hash.into()),
+            None => WayBack::Steps(number(row.value.trim(), " of versions to go back")?),
+        };
+        return Ok(Some(Operation::Rollback { block: block.into(), to }));
     }
     let Some(block) = row.tag.strip_prefix("swap.").filter(known) else { return Ok(None) };
     let mut order = SwapOrder {

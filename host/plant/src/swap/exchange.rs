@@ -1,10 +1,10 @@
 //! To the lane and back: what was exchanged, kept, rolled back.
 
 use super::prepare::Ready;
-use super::versions::{Earlier, History, Release};
+use super::versions::{Earlier, History, Home, Release};
 use super::{Coming, Phase, Stage, Swap};
 use crate::assemble::{Plant, Time};
-use crate::lane::{End, Exchange, Exchanged, Exchanging, Handed, Request, Standing};
+use crate::lane::{Carry, End, Exchange, Exchanged, Exchanging, Handed, Request, Standing};
 
 /// Scans for which the running versions are timed before they are exchanged, at most.
 const MEASURE: u64 = 8;
@@ -24,12 +24,13 @@ impl Plant {
             return Err("its lane has not taken earlier requests; does it run?".into());
         }
         let (mut parts, mut saved, mut coming) = (Vec::new(), Vec::new(), Vec::new());
-        for part in ready {
+        for mut part in ready {
             let growth = self.grow(part.block, &part.recipe)?;
             let running = self.supervisor.recipes[part.block].template.class();
             saved.push(Handed { cells: vec![0; running.retained.len()].into(), there: false });
             let adapter = self.adapter(part.block, part.recipe.template.class());
-            let standing = Standing::new(part.instance, part.recipe.version, adapter);
+            let Some(instance) = part.instance.instance.take() else { return Err("its instance is lost".into()) };
+            let standing = Standing::new(instance, part.recipe.version, adapter);
             let mut exchanging = Exchanging::new(self.desk.places[part.block], standing, part.carry, part.state);
             (exchanging.growth, exchanging.baseline) = (growth, part.baseline);
             parts.push(exchanging);
@@ -75,10 +76,10 @@ impl Plant {
             }
             let release = std::mem::replace(&mut history.current, release);
             let now_runs = history.current.component.clone();
-            history.push(Earlier { release, recipe, state, instance: None });
+            history.push(Earlier { release, recipe, state, instance: Home::default(), until: since });
             self.retain_version(*block, &now_runs, now);
             self.show_ports(*block);
-            self.show_settings(*block, now);
+            self.settings_swapped(*block, &swap.operator, swap.status.number, now);
         }
         let transition = if swap.back { "rolled-back" } else { "exchanged" };
         self.tell_swap(&swap, transition, &format!("exchanged in {} us", told.took.div_ceil(1000)), told.at);
@@ -87,13 +88,23 @@ impl Plant {
 
     /// An exchange has ended.
     pub(crate) fn swap_ended(&mut self, exchange: Exchange, now: u64) {
-        let Some(at) = self.swaps.under_way.iter().position(|s| s.status.number == exchange.number) else { return };
-        let swap = self.swaps.under_way.remove(at);
+        let Some(at) = self.swaps.under_way.iter().position(|s| s.status.number == exchange.number) else {
+            // It was called off on its way to the lane, which has not done it.
+            let at = self.swaps.not_done.iter().position(|(number, ..)| *number == exchange.number);
+            if let Some((_, blocks, coming)) = at.and_then(|at| self.swaps.not_done.remove(at)) {
+                self.give_back(&blocks, coming, exchange.parts.into_vec());
+            }
+            return;
+        };
+        let mut swap = self.swaps.under_way.remove(at);
         let Exchange { parts, end, ended, probation, .. } = exchange;
         let parts = parts.into_vec();
         match end {
             End::Open => {}
             End::Refused(why) => {
+                if let Phase::Exchanging(coming) = std::mem::replace(&mut swap.phase, Phase::Over) {
+                    self.give_back(&swap.blocks, coming, parts);
+                }
                 self.tell_swap(&swap, "refused", why.as_str(), ended);
                 self.swaps.end(swap, Stage::Refused, why.as_str().into());
             }
@@ -122,33 +133,50 @@ impl Plant {
         self.not_taken_back(exchange.number, now);
     }
 
+    /// What the lane has not taken stays what can be gone back to.
+    fn give_back(&mut self, blocks: &[usize], coming: Vec<Coming>, parts: Vec<Exchanging>) {
+        for ((block, part), coming) in blocks.iter().zip(parts).zip(coming) {
+            let history = self.swaps.histories.get_mut(block);
+            let earlier = coming.was.and_then(|was| history?.find(was));
+            // What has got a state may have failed at it.
+            if let (Some(earlier), Carry::AsIs) = (earlier, &part.carry) {
+                earlier.instance.put(part.other.instance);
+            }
+        }
+    }
+
     /// Instances that need not wait any more are kept with their versions.
     fn keep_instances(&mut self, swap: &Swap, parts: Vec<Exchanging>) {
         for (block, part) in swap.blocks.iter().zip(parts) {
             let history = self.swaps.histories.get_mut(block);
             if let Some(earlier) = history.and_then(|h| h.find(part.other.version)) {
-                earlier.instance = part.other.instance;
+                earlier.instance.put(part.other.instance);
             }
         }
     }
 
     /// The versions before execute again.
     fn go_back(&mut self, swap: &Swap, parts: Vec<Exchanging>, wanted: bool, [ended, now]: [u64; 2]) {
+        let taking = |s: &&Swap| matches!(s.phase, Phase::TakingBack(number) if number == swap.status.number);
+        let by = self.swaps.under_way.iter().find(taking).filter(|_| wanted).unwrap_or(swap);
+        let (operator, number) = (by.operator.clone(), by.status.number);
         for (block, part) in swap.blocks.iter().zip(parts) {
             let Some(history) = self.swaps.histories.get_mut(block) else { continue };
             let Some(mut before) = history.earlier.pop_back() else { continue };
-            before.release.since = self.router.epoch().saturating_add(ended);
+            let until = self.router.epoch().saturating_add(ended);
+            before.release.since = until;
             let release = std::mem::replace(&mut history.current, before.release);
             let recipe = std::mem::replace(&mut self.supervisor.recipes[*block], before.recipe);
             let runs_again = history.current.component.clone();
             // A version that has failed is nothing to go back to.
             if wanted {
                 let state = part.state_there.then_some(part.state);
-                history.push(Earlier { release, recipe, state, instance: part.other.instance });
+                let instance = Home::new(part.other.instance);
+                history.push(Earlier { release, recipe, state, instance, until });
             }
             self.retain_version(*block, &runs_again, now);
             self.show_ports(*block);
-            self.show_settings(*block, now);
+            self.settings_swapped(*block, &operator, number, now);
         }
     }
 }

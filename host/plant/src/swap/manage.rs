@@ -4,6 +4,7 @@ use super::prepare::{From, Job, JobPart};
 use super::save::Keep;
 use super::sinks::SINK;
 use super::versions::Release;
+use super::workers::Wish;
 use super::{Phase, Shadow, Stage, Swap, SwapOrder, SwapStatus, Swaps, UNDER_WAY};
 use crate::assemble::{Plant, Time};
 use crate::operate::{Answer, Operator, Refused};
@@ -33,15 +34,16 @@ impl Plant {
         (swap.shadow, swap.probation, swap.dry_run) = (order.shadow, order.probation, order.dry_run);
         (swap.tolerances, swap.lossy) = (order.tolerances.clone(), order.allow_lossy);
         if order.save && !order.dry_run {
-            let keep =
-                |p: &super::Part| Keep { block: p.block.clone(), file: p.file.clone(), bytes: Arc::clone(&p.bytes) };
+            let keep = |p: &super::Part| Keep {
+                block: p.block.clone(),
+                file: p.file.clone(),
+                bytes: Arc::clone(&p.bytes),
+                settings: Vec::new(),
+            };
             swap.keep = order.parts.iter().map(keep).collect();
         }
         let files: Vec<_> = order.parts.iter().map(|p| p.file.clone()).collect();
-        if !order.dry_run {
-            self.tell_asked(&swap, &files, now);
-        }
-        self.start_swap(swap, job)
+        self.start_swap(swap, job, &files, now)
     }
 
     /// The lane and the blocks of an order that can be begun.
@@ -90,6 +92,12 @@ impl Plant {
         }
         if self.swaps.under_way.len() >= UNDER_WAY {
             return Err(Refused::new("busy", format!("{UNDER_WAY} swaps are under way; wait for the end of one")));
+        }
+        // A compiler cannot be stopped: what was called off counts until it has noticed.
+        if self.swaps.workers.unfinished() >= UNDER_WAY {
+            let message =
+                format!("{UNDER_WAY} swaps are being prepared, some of them called off; wait for the end of one");
+            return Err(Refused::new("busy", message));
         }
         Ok(())
     }
@@ -167,22 +175,34 @@ impl Plant {
     }
 
     /// Has its job done beside the lanes. At virtual time it is done in the next turn: what happens when is the same on every
-    /// machine.
-    pub(super) fn start_swap(&mut self, mut swap: Swap, job: Job) -> Result<Answer, Refused> {
+    /// machine. What is asked for is on record once somebody is at it: of each block what is to run.
+    pub(super) fn start_swap(
+        &mut self,
+        mut swap: Swap,
+        job: Job,
+        wanted: &[String],
+        now: u64,
+    ) -> Result<Answer, Refused> {
         swap.phase = match self.time {
             Time::Virtual => Phase::Waiting(Box::new(job)),
             Time::Real => {
                 let (done, prepared) = channel();
+                let wish = Wish::default();
+                let wanted = wish.watch();
                 // Whoever waits may have been called off.
                 let work = move || {
                     let clock = MachineClock::start();
-                    let prepared = job.run();
-                    drop(done.send((prepared, clock.now())));
+                    if let Some(prepared) = job.run(&|| wanted.stands()) {
+                        drop(done.send((prepared, clock.now())));
+                    }
                 };
                 self.swaps.workers.spawn(work).map_err(|why| Refused::new("busy", why))?;
-                Phase::Preparing(prepared)
+                Phase::Preparing(prepared, wish)
             }
         };
+        if !swap.dry_run {
+            self.tell_asked(&swap, wanted, now);
+        }
         let answer = Answer::Swap(Box::new(swap.status.clone()));
         self.swaps.under_way.push(swap);
         Ok(answer)
@@ -235,7 +255,7 @@ impl Plant {
             });
         };
         match self.swaps.under_way[at].phase {
-            Phase::Preparing(_) | Phase::Waiting(_) | Phase::Ready(_) | Phase::Shadow(..) => {}
+            Phase::Preparing(..) | Phase::Waiting(_) | Phase::Ready(_) | Phase::Shadow(..) => {}
             Phase::Probation => {
                 let message = format!("swap {number} is {}; take it back with `rollback`", told(Stage::Probation));
                 return Err(Refused::new("state", message));
@@ -264,6 +284,12 @@ impl Swaps {
     pub(super) fn end(&mut self, mut swap: Swap, stage: Stage, message: String) {
         swap.status.stage = stage;
         swap.status.left = 0;
+        if let Phase::Exchanging(coming) = std::mem::replace(&mut swap.phase, Phase::Over) {
+            self.not_done.push_back((swap.status.number, swap.blocks, coming));
+            if self.not_done.len() > UNDER_WAY {
+                self.not_done.pop_front();
+            }
+        }
         if !message.is_empty() {
             swap.status.message = message;
         }

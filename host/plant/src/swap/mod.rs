@@ -25,7 +25,7 @@ mod turn;
 mod versions;
 mod workers;
 
-pub use order::{Part, SwapOrder, Tolerance};
+pub use order::{Part, SwapOrder, Tolerance, WayBack};
 pub use shadow::{Candidate, Shadow, Verdict};
 pub use status::{BlockPlan, Deviation, FailedRun, ShadowReport, Stage, SwapStatus, Version};
 
@@ -36,7 +36,7 @@ use std::sync::Arc;
 use std::sync::atomic::AtomicU64;
 use std::sync::mpsc::Receiver;
 use versions::History;
-use workers::Workers;
+use workers::{Wish, Workers};
 
 /// Swaps that have ended and are still told.
 const ENDED: usize = 32;
@@ -52,6 +52,8 @@ pub struct Swaps {
     version: u64,
     under_way: Vec<Swap>,
     ended: VecDeque<SwapStatus>,
+    /// Swaps that have ended while their exchange was on its way: number, blocks, what was to become of each.
+    not_done: VecDeque<(u64, Vec<usize>, Vec<Coming>)>,
     /// By block of the model; one that was never swapped has none.
     histories: BTreeMap<usize, History>,
     workers: Workers,
@@ -90,7 +92,7 @@ struct Swap {
 /// Where a swap is.
 enum Phase {
     /// On a thread of its own, which tells how long it took, ns.
-    Preparing(Receiver<(Prepared, u64)>),
+    Preparing(Receiver<(Prepared, u64)>, Wish),
     /// The same at virtual time: it is done in the next turn.
     Waiting(Box<Job>),
     /// Prepared, and seen in the shadow if that was wanted; settings that are on their way to the block come first.

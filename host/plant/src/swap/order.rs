@@ -40,6 +40,16 @@ impl std::fmt::Debug for Part {
     }
 }
 
+/// Which earlier version is to run again.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum WayBack {
+    /// So many versions back, from 1, in the order in which they were replaced: the version that a rollback replaces is the
+    /// last one from then on.
+    Steps(u64),
+    /// The one whose component has a hash that begins so, hex in small letters.
+    To(String),
+}
+
 /// How far an output may be off.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Tolerance {

@@ -3,7 +3,7 @@
 //! It runs on a thread of its own, or at virtual time where it was asked for; it touches nothing of the plant.
 
 use super::broken::{Uses, broken};
-use super::versions::Earlier;
+use super::versions::{Loan, Release};
 use super::{BlockPlan, Version};
 use crate::lane::Carry;
 use crate::model::Model;
@@ -47,7 +47,17 @@ pub(super) enum From {
     /// From an operator.
     Bytes { file: String, bytes: Arc<[u8]> },
     /// It executed before.
-    Earlier(Box<Earlier>),
+    Earlier(Box<Back>),
+}
+
+/// An earlier version.
+pub(super) struct Back {
+    pub(super) release: Release,
+    pub(super) recipe: Recipe,
+    /// The state that it had when it was replaced.
+    pub(super) state: Option<Box<[u64]>>,
+    /// The instance, if it is still there.
+    pub(super) instance: Loan,
 }
 
 /// The result.
@@ -63,7 +73,7 @@ pub(super) struct Ready {
     pub(super) block: usize,
     pub(super) component: Component,
     pub(super) recipe: Recipe,
-    pub(super) instance: Instance,
+    pub(super) instance: Loan,
     /// One that is used up in the shadow.
     pub(super) candidate: Option<Instance>,
     /// Longest execution of the one that goes, ns; 0: unknown.
@@ -82,13 +92,16 @@ pub(super) struct Ready {
 }
 
 impl Job {
-    /// Does it.
-    pub(super) fn run(self) -> Prepared {
+    /// Does it; `None` when nobody wants it any more, which is asked before each block.
+    pub(super) fn run(self, wanted: &dyn Fn() -> bool) -> Option<Prepared> {
         let (mut plans, mut ready, mut why) = (Vec::new(), Vec::new(), Vec::new());
         let several = self.parts.len() > 1;
         let Self { engine, model, uses, allow_lossy, shadow, parts } = self;
         let context = Context { engine: &engine, model: &model, uses: &uses, allow_lossy, shadow };
         for part in parts {
+            if !wanted() {
+                return None;
+            }
             let name = model.blocks[part.block].name.clone();
             let mut plan = None;
             match context.part(part, &mut plan) {
@@ -98,7 +111,7 @@ impl Job {
             }
             plans.extend(plan);
         }
-        Prepared { plans, ready: if why.is_empty() { Ok(ready) } else { Err(why.join("; ")) } }
+        Some(Prepared { plans, ready: if why.is_empty() { Ok(ready) } else { Err(why.join("; ")) } })
     }
 }
 
@@ -114,7 +127,7 @@ impl Ready {
         self.settings.apply(settings, &mut self.recipe.settings);
         self.given.iter().for_each(|(port, cell)| self.recipe.settings[*port] = *cell);
         self.based = settings.to_vec();
-        for instance in self.candidate.iter_mut().chain([&mut self.instance]) {
+        for instance in self.candidate.iter_mut().chain(&mut self.instance.instance) {
             configure(instance, &self.recipe.settings)?;
         }
         Ok(())
@@ -195,7 +208,7 @@ impl Context<'_> {
             block: part.block,
             component,
             recipe,
-            instance,
+            instance: Loan::new(instance),
             candidate,
             baseline: 0,
             carry,
@@ -208,8 +221,8 @@ impl Context<'_> {
     }
 
     /// A version that executed before.
-    fn earlier(&self, part: &JobPart, earlier: Earlier, plan: &mut Option<BlockPlan>) -> Result<Ready, String> {
-        let Earlier { release, recipe, state, instance } = earlier;
+    fn earlier(&self, part: &JobPart, earlier: Back, plan: &mut Option<BlockPlan>) -> Result<Ready, String> {
+        let Back { release, recipe, state, instance: mut kept } = earlier;
         let was = Some(recipe.version);
         let mut recipe = Recipe { version: part.version, ..recipe };
         let class = Arc::clone(recipe.template.class());
@@ -224,19 +237,30 @@ impl Context<'_> {
         }
         settings.apply(&part.recipe.settings, &mut recipe.settings);
         // The instance that was replaced, if it still takes its settings; or one that gets its state.
-        let kept = instance.and_then(|mut i| configure(&mut i, &recipe.settings).ok().map(|()| i));
-        let (instance, carry) = match (kept, state.is_some()) {
-            (Some(instance), _) => (instance, Carry::AsIs),
-            (None, warm) => {
-                let mut instance = recipe.template.instantiate(&recipe.limits).map_err(told)?;
-                configure(&mut instance, &recipe.settings)?;
-                (instance, if warm { Carry::State } else { Carry::Cold })
-            }
+        let takes = match &mut kept.instance {
+            Some(instance) => match instance.configure(&recipe.settings) {
+                Ok(answer) => answer.is_ok(),
+                // What has failed is nothing to come back to.
+                Err(_) => {
+                    kept.instance = None;
+                    false
+                }
+            },
+            None => false,
         };
-        plan.notes.push(if matches!(carry, Carry::Cold) {
-            "it retains nothing: the block starts cold".to_owned()
+        let (instance, carry) = if takes {
+            (kept, Carry::AsIs)
         } else {
-            "it goes on with the state that it had when it was replaced".to_owned()
+            let mut instance = recipe.template.instantiate(&recipe.limits).map_err(told)?;
+            configure(&mut instance, &recipe.settings)?;
+            (Loan::new(instance), if state.is_some() { Carry::State } else { Carry::Cold })
+        };
+        plan.notes.push(match carry {
+            Carry::Cold if class.retained.is_empty() => "it retains nothing: the block starts cold".to_owned(),
+            Carry::Cold => {
+                "there is no state of it, it was out of order or could not save: the block starts cold".to_owned()
+            }
+            _ => "it goes on with the state that it had when it was replaced".to_owned(),
         });
         let state = state.unwrap_or_else(|| vec![0; class.retained.len()].into());
         Ok(Ready {

@@ -1,8 +1,11 @@
 //! `--save`: what runs becomes what the plant file names.
 //!
+//! With a component go the settings that run and that the plant file would not give it: what the next start makes is what runs.
 //! First the components are written, under names that stand for nothing else, then the plant file, once for all blocks of a swap.
 //! Each is written beside its place, brought to the disk and renamed: whatever ends the process or the power leaves the old plant
 //! file, or the new one with all it names.
+
+mod settings;
 
 use crate::check::{CheckOptions, check_text, folders, read};
 use crate::file::{self, PlantFile};
@@ -29,6 +32,8 @@ pub struct Keep {
     pub file: String,
     /// The component.
     pub bytes: Arc<[u8]>,
+    /// Settings of a block as they run: name and cell. Those that the next start would have otherwise are written, too.
+    pub settings: Vec<(String, u64)>,
 }
 
 /// Why nothing was saved. The plant file is as it was.
@@ -58,6 +63,14 @@ pub enum SaveError {
     /// With the new component it would not be right.
     #[error("the plant file would have errors with it: {0}")]
     Check(String),
+    /// The component would be refused at the next start.
+    #[error("the next start would fail: with what the plant file says, `{0}` refuses its settings: {1}")]
+    Settings(String, String),
+    /// There is no place for a line with a setting.
+    #[error(
+        "`{0}` runs with a setting that the plant file would not give it; write `{1}` into its table, and swap again"
+    )]
+    ByHand(String, String),
     /// No name is left for a component.
     #[error(
         "`{0}` is no name for a component in the plant's folder, or stands for other ones already; rename the file and swap again"
@@ -128,9 +141,8 @@ impl Known {
             }
             names.push(name);
         }
-        if !edits.is_empty() {
-            let new = edited(&text, edits);
-            self.right(engine, &new)?;
+        let new = self.settle(engine, edited(&text, edits), keep)?;
+        if new != text {
             if self.text()? != text {
                 return Err(SaveError::Edited("somebody is writing it".into()));
             }
@@ -175,10 +187,11 @@ impl Known {
     }
 
     /// Nothing goes into the plant file that the next start would refuse.
-    fn right(&self, engine: &Engine, text: &str) -> Result<(), SaveError> {
+    fn right(&self, engine: &Engine, text: &str) -> Result<Model, SaveError> {
         let checked = check_text(&self.path, text.to_owned(), engine, CheckOptions { sim: self.sim });
         let first = checked.findings.iter().find(|f| f.severity == Severity::Error);
-        first.map_or(Ok(()), |f| Err(SaveError::Check(f.message.clone())))
+        let said = first.map(|f| f.message.clone()).unwrap_or_default();
+        checked.model.ok_or(SaveError::Check(said))
     }
 }
 

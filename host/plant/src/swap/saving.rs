@@ -39,7 +39,7 @@ impl Swaps {
             return Saving::Over(work());
         }
         let (done, result) = channel();
-        match self.workers.spawn(move || drop(done.send(work()))) {
+        match self.workers.save(move || drop(done.send(work()))) {
             Ok(()) => Saving::There(result),
             Err(why) => Saving::Over(Err(why)),
         }
@@ -58,6 +58,11 @@ impl Plant {
             return self.swaps.end(swap, Stage::Done, message);
         }
         swap.status.message = message;
+        for (block, keep) in swap.blocks.iter().zip(&mut swap.keep) {
+            let recipe = &self.supervisor.recipes[*block];
+            let ports = recipe.template.class().settings.iter().map(|p| p.path.clone());
+            keep.settings = ports.zip(recipe.settings.iter().copied()).collect();
+        }
         let (saver, engine, keep) = (self.saver(), self.engine.clone(), swap.keep.clone());
         swap.phase = Phase::Saving(self.swaps.save(saver, engine, keep, self.time));
         if let Some(swap) = self.saving(swap, now) {
@@ -76,6 +81,7 @@ impl Plant {
                     self.swaps.of_file.insert(*block, Component::hash_of(&keep.bytes));
                 }
                 self.tell_swap(&swap, "saved", &sentences.join("; "), now);
+                self.settings_saved(&swap, now);
                 let message = swap.status.message.clone();
                 self.swaps.end(swap, Stage::Done, message);
             }

@@ -5,10 +5,14 @@
 use super::Phase;
 use crate::assemble::Plant;
 use crate::lane::Configured;
+use crate::model::TagRef;
+use crate::operate::Operator;
 use crate::supervisor::Recipe;
 use latchwork_block::Class;
 use latchwork_block::upgrade::Transfer;
+use latchwork_record::Kind;
 use std::collections::BTreeMap;
+use std::sync::Arc;
 
 impl Plant {
     /// All settings of what executes, some of them changed: by port of the laid-out version.
@@ -45,6 +49,59 @@ impl Plant {
             self.supervisor.recipes[block].settings = answer.cells.to_vec();
         }
         self.show_settings(block, now);
+    }
+
+    /// Another version executes, with settings of its own: those that are others now are on record, and kept as if they had
+    /// been written.
+    pub(super) fn settings_swapped(&mut self, block: usize, operator: &Operator, swap: u64, now: u64) {
+        let model = Arc::clone(&self.model);
+        let before: Vec<_> = self.layout.settings[block].iter().map(|at| self.desk.cells[*at]).collect();
+        self.show_settings(block, now);
+        for (port, before) in before.into_iter().enumerate() {
+            let cell = self.desk.cells[self.layout.settings[block][port]];
+            if cell == before {
+                continue;
+            }
+            let tag = TagRef::Setting { block, port };
+            let ty = model.tag_type(tag);
+            let mut draft = Self::did(now, Kind::Setting, &model.tag_name(tag), "written", operator);
+            (draft.previous, draft.current) = (ty.value(before), ty.value(cell));
+            let remark = std::mem::replace(&mut draft.text, format!("with swap {swap}"));
+            if !remark.is_empty() {
+                draft.text += &format!("; {remark}");
+            }
+            let kept = self.kept_as(block, port);
+            self.tell(draft, vec![kept]);
+        }
+    }
+
+    /// The plant file says what ran when it was saved: that need not be kept any more.
+    pub(super) fn settings_saved(&mut self, swap: &super::Swap, now: u64) {
+        let model = Arc::clone(&self.model);
+        for (block, keep) in swap.blocks.iter().zip(&swap.keep) {
+            let places = self.layout.settings[*block].clone();
+            let mut of_file: Vec<_> = places.iter().map(|at| self.desk.of_file[*at]).collect();
+            let cells: Vec<_> = keep.settings.iter().map(|(_, cell)| *cell).collect();
+            let runs = Arc::clone(self.supervisor.recipes[*block].template.class());
+            if runs.settings.len() != cells.len() {
+                continue;
+            }
+            let laid_out = &model.blocks[*block].class.settings;
+            Transfer::new(&runs.settings, laid_out, true).apply(&cells, &mut of_file);
+            for (port, (at, cell)) in places.iter().zip(of_file).enumerate() {
+                let before = std::mem::replace(&mut self.desk.of_file[*at], cell);
+                if before == cell {
+                    continue;
+                }
+                let ty = &laid_out[port].ty;
+                let tag = model.tag_name(TagRef::Setting { block: *block, port });
+                let mut draft = Self::did(now, Kind::Setting, &tag, "saved", &swap.operator);
+                (draft.previous, draft.current) = (ty.value(before), ty.value(cell));
+                draft.text = format!("with swap {}: the plant file says so now", swap.status.number);
+                let kept = self.kept_as(*block, port);
+                self.tell(draft, vec![kept]);
+            }
+        }
     }
 
     /// Shows the settings in effect. One that what executes does not have keeps its last value.

@@ -62,7 +62,7 @@ impl Plant {
         swap.status.blocks.push(plan(&part.block, old, Some(new), notes));
         if order.save && !order.dry_run {
             let (block, file) = (part.block.clone(), part.file.clone());
-            swap.keep = Some(Keep { block, file, bytes: std::sync::Arc::clone(&part.bytes) });
+            swap.keep = Some(Keep { block, file, bytes: std::sync::Arc::clone(&part.bytes), settings: Vec::new() });
         }
         if !order.dry_run {
             self.tell_of_sink(&swap, "asked", &part.file, now);

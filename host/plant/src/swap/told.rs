@@ -1,6 +1,7 @@
 //! What is on record and in the status about swaps.
 
 use super::broken::Uses;
+use super::versions::Earlier;
 use super::{Phase, Swap};
 use crate::assemble::Plant;
 use crate::model::TagRef;
@@ -23,21 +24,11 @@ impl Plant {
         }
     }
 
-    /// An order.
-    pub(super) fn tell_asked(&mut self, swap: &Swap, files: &[String], at: u64) {
-        for (block, file) in swap.blocks.iter().zip(files) {
+    /// An order: of each block what is to run.
+    pub(super) fn tell_asked(&mut self, swap: &Swap, wanted: &[String], at: u64) {
+        for (block, wanted) in swap.blocks.iter().zip(wanted) {
             let name = self.model.blocks[*block].name.clone();
-            let text = format!("swap {}: {} → {file}", swap.status.number, self.short(*block));
-            self.tell_of_block(swap, &name, "asked", text, at);
-        }
-    }
-
-    /// A wish for an earlier version.
-    pub(super) fn tell_back(&mut self, swap: &Swap, steps: u64, at: u64) {
-        let versions = if steps == 1 { "the version before".to_owned() } else { format!("{steps} versions before") };
-        for block in &swap.blocks {
-            let name = self.model.blocks[*block].name.clone();
-            let text = format!("swap {}: {} → {versions}", swap.status.number, self.short(*block));
+            let text = format!("swap {}: {} → {wanted}", swap.status.number, self.short(*block));
             self.tell_of_block(swap, &name, "asked", text, at);
         }
     }
@@ -71,6 +62,22 @@ impl Plant {
         Uses { forced, staged: staged.collect(), standing }
     }
 
+    /// The earlier versions of a block, the one that was replaced last first: so many steps back is each.
+    fn earlier_rows(&self, block: usize) -> Vec<Value> {
+        let row = |(n, earlier): (usize, &Earlier)| {
+            json!({
+                "steps": n + 1,
+                "component": earlier.release.component.name(),
+                "hash": earlier.release.component.hash(),
+                "since": earlier.release.since,
+                "until": earlier.until,
+                "by": earlier.release.by,
+            })
+        };
+        let earlier = self.swaps.histories.get(&block).map(|h| h.earlier.iter().rev().enumerate().map(row).collect());
+        earlier.unwrap_or_default()
+    }
+
     /// What the status tells of a block's version.
     pub(crate) fn version_row(&self, block: usize, row: &mut Map<String, Value>) {
         let release = self.release(block);
@@ -83,6 +90,7 @@ impl Plant {
         row.insert("differs".into(), json!(release.component.hash() != of_file));
         let earlier = self.swaps.histories.get(&block).map_or(0, |h| h.earlier.len());
         row.insert("versions".into(), json!(earlier));
+        row.insert("earlier".into(), Value::Array(self.earlier_rows(block)));
         let swap = self.swaps.under_way.iter().find(|s| s.blocks.contains(&block));
         let state = match swap.map(|s| &s.phase) {
             Some(Phase::Probation) => "probation",

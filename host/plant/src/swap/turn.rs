@@ -1,5 +1,6 @@
 //! What is under way goes on, a step per turn.
 
+use super::broken::broken;
 use super::prepare::{Prepared, Ready};
 use super::{Phase, Shadow, Stage, Swap};
 use crate::assemble::Plant;
@@ -41,11 +42,14 @@ impl Plant {
     fn swap_step(&mut self, mut swap: Swap, now: u64) -> Step {
         let phase = std::mem::replace(&mut swap.phase, Phase::Over);
         let (prepared, took) = match phase {
-            Phase::Waiting(job) => (job.run(), 0),
-            Phase::Preparing(result) => match result.try_recv() {
+            Phase::Waiting(job) => match job.run(&|| true) {
+                Some(prepared) => (prepared, 0),
+                None => return Step::End(swap, Stage::Refused, "it was given up".into()),
+            },
+            Phase::Preparing(result, wish) => match result.try_recv() {
                 Ok(prepared) => prepared,
                 Err(TryRecvError::Empty) => {
-                    swap.phase = Phase::Preparing(result);
+                    swap.phase = Phase::Preparing(result, wish);
                     return Step::On(swap);
                 }
                 Err(TryRecvError::Disconnected) => {
@@ -78,6 +82,13 @@ impl Plant {
         if swap.blocks.iter().any(|b| self.settings_under_way(*b)) {
             swap.phase = Phase::Ready(ready);
             return Step::On(swap);
+        }
+        // Operators may have begun something since it was ordered.
+        let uses = self.uses();
+        let breaks = |part: &Ready| broken(&self.model, &uses, part.block, part.recipe.template.class()).0;
+        let breaks: Vec<_> = ready.iter().flat_map(breaks).collect();
+        if !breaks.is_empty() {
+            return Step::End(swap, Stage::Refused, breaks.join("; "));
         }
         for part in &mut ready {
             if let Err(why) = part.follow(&self.supervisor.recipes[part.block].settings) {
@@ -120,8 +131,16 @@ impl Plant {
             }
             let why = "its lane has ended";
             let stage = if matches!(swap.phase, Phase::Probation) { Stage::Done } else { Stage::Refused };
-            if stage == Stage::Refused && !swap.dry_run {
-                self.tell_swap(&swap, "refused", why, now);
+            match stage {
+                Stage::Done => {
+                    self.tell_swap(&swap, "kept", why, now);
+                    if !swap.keep.is_empty() {
+                        let unproven = "its lane has ended before its probation was over";
+                        self.tell_swap(&swap, "not-saved", unproven, now);
+                    }
+                }
+                _ if swap.dry_run => {}
+                _ => self.tell_swap(&swap, "refused", why, now),
             }
             self.swaps.end(swap, stage, why.into());
         }

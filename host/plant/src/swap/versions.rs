@@ -4,6 +4,7 @@ use super::Version;
 use crate::supervisor::Recipe;
 use latchwork_block::{Component, Instance};
 use std::collections::VecDeque;
+use std::sync::{Arc, Mutex, PoisonError};
 
 /// Versions that are kept of one block.
 const DEPTH: usize = 8;
@@ -28,7 +29,55 @@ pub(super) struct Earlier {
     /// The state it had when it was replaced; none when it retains nothing or could not save.
     pub(super) state: Option<Box<[u64]>>,
     /// The instance as it stood then.
+    pub(super) instance: Home,
+    /// When it was replaced, ns since 1970.
+    pub(super) until: u64,
+}
+
+/// Where the instance of an earlier version stands.
+#[derive(Clone, Default)]
+pub(super) struct Home(Arc<Mutex<Option<Instance>>>);
+
+impl Home {
+    pub(super) fn new(instance: Option<Instance>) -> Self {
+        Self(Arc::new(Mutex::new(instance)))
+    }
+
+    /// The instance is tried.
+    pub(super) fn lend(&self) -> Loan {
+        Loan { instance: self.place().take(), home: self.clone() }
+    }
+
+    /// It is back.
+    pub(super) fn put(&self, instance: Option<Instance>) {
+        *self.place() = instance;
+    }
+
+    fn place(&self) -> std::sync::MutexGuard<'_, Option<Instance>> {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+/// An instance on its way to the lane. Where that comes to nothing, it goes home by itself, and can be tried again.
+#[derive(Default)]
+pub(super) struct Loan {
     pub(super) instance: Option<Instance>,
+    home: Home,
+}
+
+impl Loan {
+    /// Of an instance that has no home.
+    pub(super) fn new(instance: Instance) -> Self {
+        Self { instance: Some(instance), home: Home::default() }
+    }
+}
+
+impl Drop for Loan {
+    fn drop(&mut self) {
+        if let Some(instance) = self.instance.take() {
+            self.home.put(Some(instance));
+        }
+    }
 }
 
 /// All versions of one block.
@@ -51,7 +100,7 @@ impl History {
             self.earlier.pop_front();
         }
         let old = self.earlier.len().saturating_sub(INSTANCES);
-        self.earlier.iter_mut().take(old).for_each(|e| e.instance = None);
+        self.earlier.iter_mut().take(old).for_each(|e| e.instance = Home::default());
     }
 
     /// The earlier one with this number.

@@ -1,11 +1,12 @@
 //! Threads for what takes long: at the lowest priority, so that nothing that controls waits for a compiler.
 
 use rayon::{ThreadPool, ThreadPoolBuilder};
+use std::sync::{Arc, Weak};
 use thread_priority::{
     NormalThreadSchedulePolicy, ThreadPriority, ThreadSchedulePolicy, set_thread_priority_and_policy, thread_native_id,
 };
 
-/// Most threads.
+/// Most threads that compile.
 const MOST: usize = 4;
 /// The nicest that a thread can be, for where the idle class is refused.
 const NICE: i32 = 19;
@@ -13,34 +14,80 @@ const NICE: i32 = 19;
 /// The threads; made when they are first wanted. The compiler spreads its work over the pool that it is called in.
 #[derive(Default)]
 pub(super) struct Workers {
-    pool: Option<ThreadPool>,
+    prepare: Option<ThreadPool>,
+    save: Option<ThreadPool>,
+    unfinished: Arc<()>,
 }
 
 impl Workers {
-    /// Has a thread do something.
+    /// Has a thread prepare something.
     ///
     /// # Errors
     /// The system gives no thread.
     pub(super) fn spawn(&mut self, work: impl FnOnce() + Send + 'static) -> Result<(), String> {
-        let pool = match self.pool.take() {
-            Some(pool) => pool,
-            None => make()?,
-        };
-        self.pool.insert(pool).spawn(work);
+        let cpus = std::thread::available_parallelism().map_or(1, usize::from);
+        let counted = Arc::clone(&self.unfinished);
+        pool(&mut self.prepare, "prepare", (cpus / 2).clamp(1, MOST))?.spawn(move || {
+            // It goes with the thread's end, too.
+            let _counted = counted;
+            work();
+        });
         Ok(())
+    }
+
+    /// Has a thread save something: that does not wait until something else is compiled.
+    ///
+    /// # Errors
+    /// The system gives no thread.
+    pub(super) fn save(&mut self, work: impl FnOnce() + Send + 'static) -> Result<(), String> {
+        pool(&mut self.save, "save", 1)?.spawn(work);
+        Ok(())
+    }
+
+    /// What is being prepared or waits for that, wanted or not.
+    pub(super) fn unfinished(&self) -> usize {
+        Arc::strong_count(&self.unfinished) - 1
     }
 }
 
-fn make() -> Result<ThreadPool, String> {
-    let cpus = std::thread::available_parallelism().map_or(1, usize::from);
+/// A wish stands until it is dropped.
+#[derive(Default)]
+pub(super) struct Wish(Arc<()>);
+
+impl Wish {
+    /// For whoever fulfils it.
+    pub(super) fn watch(&self) -> Watch {
+        Watch(Arc::downgrade(&self.0))
+    }
+}
+
+/// Whether a wish still stands.
+pub(super) struct Watch(Weak<()>);
+
+impl Watch {
+    /// It does.
+    pub(super) fn stands(&self) -> bool {
+        self.0.strong_count() > 0
+    }
+}
+
+fn pool<'a>(pool: &'a mut Option<ThreadPool>, name: &'static str, threads: usize) -> Result<&'a ThreadPool, String> {
+    let made = match pool.take() {
+        Some(made) => made,
+        None => make(name, threads)?,
+    };
+    Ok(pool.insert(made))
+}
+
+fn make(name: &'static str, threads: usize) -> Result<ThreadPool, String> {
     ThreadPoolBuilder::new()
-        .num_threads((cpus / 2).clamp(1, MOST))
-        .thread_name(|n| format!("prepare-{n}"))
+        .num_threads(threads)
+        .thread_name(move |n| format!("{name}-{n}"))
         .start_handler(|_| lower())
         // Whoever waits for the result sees that there is none.
         .panic_handler(drop)
         .build()
-        .map_err(|e| format!("no thread to prepare it on: {e}"))
+        .map_err(|e| format!("no thread to {name} it on: {e}"))
 }
 
 /// Gives the calling thread what the processor has left.
@@ -49,4 +96,56 @@ fn lower() {
     // What is refused leaves an ordinary priority, which lanes are above.
     let _ = rustix::process::nice(NICE);
     let _ = set_thread_priority_and_policy(thread_native_id(), ThreadPriority::Min, idle);
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::sync::mpsc::channel;
+    use std::time::{Duration, Instant};
+
+    const PATIENCE: Duration = Duration::from_secs(20);
+
+    #[test]
+    fn what_is_prepared_counts_until_it_ends_and_holds_up_no_save() {
+        let mut workers = Workers::default();
+        let (go, wait) = channel::<()>();
+        let wait = Arc::new(std::sync::Mutex::new(wait));
+        for _ in 0..2 * MOST {
+            let wait = Arc::clone(&wait);
+            workers.spawn(move || drop(wait.lock().map(|w| w.recv()))).expect("a thread");
+        }
+        assert_eq!(workers.unfinished(), 2 * MOST);
+        let (done, saved) = channel();
+        workers.save(move || done.send(()).expect("somebody waits")).expect("a thread");
+        saved.recv_timeout(PATIENCE).expect("it is saved meanwhile");
+        assert_eq!(workers.unfinished(), 2 * MOST);
+        // All of them hear that nobody is there any more.
+        drop(go);
+        let begun = Instant::now();
+        while workers.unfinished() > 0 && begun.elapsed() < PATIENCE {
+            std::thread::yield_now();
+        }
+        assert_eq!(workers.unfinished(), 0);
+    }
+
+    #[test]
+    fn what_has_failed_counts_no_longer() {
+        let mut workers = Workers::default();
+        workers.spawn(|| panic!("it fails")).expect("a thread");
+        let begun = Instant::now();
+        while workers.unfinished() > 0 && begun.elapsed() < PATIENCE {
+            std::thread::yield_now();
+        }
+        assert_eq!(workers.unfinished(), 0);
+    }
+
+    #[test]
+    fn a_wish_stands_until_it_is_dropped() {
+        let wish = Wish::default();
+        let watch = wish.watch();
+        assert!(watch.stands());
+        drop(wish);
+        assert!(!watch.stands());
+    }
 }

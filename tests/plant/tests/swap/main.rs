@@ -1,6 +1,7 @@
 //! Hot swap: another version of a block under a running plant. One test per rule.
 
 mod exchange;
+mod operators;
 mod probation;
 mod refused;
 mod rollback;

@@ -34,7 +34,11 @@ fn another_version_of_the_class_is_no_other_class() {
 
 #[test]
 fn no_component() {
-    for (bytes, why) in [(&b"hello"[..], "v2.wasm"), (b"", "v2.wasm"), (b"\0asm\x01\0\0\0", "v2.wasm")] {
+    for (bytes, why) in [
+        (&b"hello"[..], "`v2.wasm`: this is a text file; expected a WebAssembly component"),
+        (b"", "`v2.wasm`: the file is empty; expected a WebAssembly component"),
+        (b"\0asm\x01\0\0\0", "`v2.wasm`: this is a core module, not a component"),
+    ] {
         refuses(plant().with("v2", bytes), "v2.wasm", why);
     }
 }
@@ -43,7 +47,7 @@ fn no_component() {
 fn a_damaged_component() {
     let good = Counter::new(2).component();
     for cut in [good.len() / 4, good.len() / 2, good.len() - 1] {
-        refuses(plant().with("v2", &good[..cut]), "v2.wasm", "v2.wasm");
+        refuses(plant().with("v2", &good[..cut]), "v2.wasm", "`v2.wasm`: the component is damaged: ");
     }
 }
 

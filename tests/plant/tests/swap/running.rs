@@ -5,7 +5,7 @@ use latchwork_plant::assemble::Time;
 use latchwork_plant::lane::Change;
 use latchwork_plant::operate::{Answer, Console, Operation, Operator, Refused};
 use latchwork_plant::run::{Control, MachineClock, Observer, RunOptions, run_real};
-use latchwork_plant::swap::{Part, Stage, SwapOrder, SwapStatus};
+use latchwork_plant::swap::{Part, Stage, SwapOrder, SwapStatus, WayBack};
 use latchwork_record::{Kept, Record};
 use latchwork_tests_plant::forge::Bad;
 use serde_json::Value;
@@ -153,7 +153,7 @@ fn the_status_tells_what_runs_since_when_and_by_whom() {
     assert_eq!((&row["versions"], &row["swap"]), (&1.into(), &"probation".into()));
     assert_eq!(row["since"].as_u64(), Some(status.exchanged_at));
     assert_ne!(row["hash"], before["hash"]);
-    let Ok(Answer::Swap(back)) = plant.ask(Operation::Rollback { block: "count".into(), steps: 1 }) else {
+    let Ok(Answer::Swap(back)) = plant.ask(Operation::Rollback { block: "count".into(), to: WayBack::Steps(1) }) else {
         panic!("no rollback")
     };
     plant.until(back.number, Stage::Done);

@@ -57,13 +57,18 @@ pub(super) fn rollback(args: &Rollback) -> Result<Exit> {
         return Ok(nobody_to_ask("roll back"));
     }
     let client = client(reach)?;
-    let versions = if args.steps == 1 { "the version before".into() } else { format!("{} versions back", args.steps) };
+    let versions = match (&args.to, args.steps) {
+        (Some(hash), _) => format!("version {}", plain(hash)),
+        (None, 1) => "the version that ran before".into(),
+        (None, steps) => format!("what ran {steps} versions ago"),
+    };
+    let to = args.to.as_ref().map_or_else(|| json!({ "steps": args.steps }), |hash| json!({ "to": hash }));
     if !args.yes && !agreed(&format!("roll {} back to {versions} in the running plant?", plain(&args.block)))? {
         report::say("nothing was changed\n");
         return Ok(Exit::Wanting);
     }
     let path = format!("/v1/blocks/{}/rollback", path_part(&args.block));
-    let answer: Value = client.post(&path, &with_reason(json!({ "steps": args.steps }), &args.change))?;
+    let answer: Value = client.post(&path, &with_reason(to, &args.change))?;
     match serde_json::from_value::<SwapStatus>(answer.clone()) {
         Ok(status) => end(follow(&client, status, false, reach.json)?, reach.json, false),
         Err(_) => say_done(reach, answer).map(|()| Exit::Fine),
