@@ -183,7 +183,7 @@ impl Counter {
                     Bad::RestoreBeyond(most) => {
                         format!("(if (i64.gt_u {from} (i64.const {most})) (then unreachable))")
                     }
-                    Bad::RestoreSlowly => "(local $left i64) (local.set $left (i64.const 100000000)) (loop $l \
+                    Bad::RestoreSlowly => "(local $left i64) (local.set $left (i64.const 25000000)) (loop $l \
                         (local.set $left (i64.sub (local.get $left) (i64.const 1))) \
                         (br_if $l (i64.ne (local.get $left) (i64.const 0))))"
                         .to_owned(),

@@ -114,9 +114,9 @@ fn a_running_version_that_cannot_save_is_not_gone_back_to_as_if_it_were_in_order
     assert!(found.text.starts_with("the version that goes could not save its state"), "{}", found.text);
     let told = told(&ran);
     let faults: Vec<_> = told.iter().filter(|t| t.ends_with("trap") || t.ends_with("restarted")).collect();
-    assert_eq!(faults, ["1000 count trap", "1040 count trap", "1050 count restarted"]);
-    assert_eq!((ran.at("count.outputs.count", 1040 * MS), ran.at("count.outputs.count", 1050 * MS)), ("77", "1"));
-    assert_eq!(ran.at("count.outputs.version", 1050 * MS), "1");
+    assert_eq!(faults, ["1000 count trap", "1040 count trap", "1060 count restarted"]);
+    assert_eq!((ran.at("count.outputs.count", 1050 * MS), ran.at("count.outputs.count", 1060 * MS)), ("77", "1"));
+    assert_eq!(ran.at("count.outputs.version", 1060 * MS), "1");
 }
 
 #[test]

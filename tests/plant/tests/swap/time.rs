@@ -13,6 +13,8 @@ use std::time::{Duration, Instant};
 
 /// A plant whose scans take what the test says.
 struct Bench {
+    /// Where the components of orders are.
+    rig: Rig,
     plant: Plant,
     now: u64,
     records: Vec<String>,
@@ -39,13 +41,18 @@ impl Bench {
              lane = \"main\"\nbudget = \"5s\"\n{more}"
         ));
         let rig = rig.with("v1", &Counter::new(1).component()).with("v2", &version.component());
-        let plant = rig.trace(None).plant(Time::Real);
-        Self { plant, now: 0, records: Vec::new() }
+        Self::of(rig)
+    }
+
+    fn of(rig: Rig) -> Self {
+        let rig = rig.trace(None);
+        Self { plant: rig.plant(Time::Real), rig, now: 0, records: Vec::new() }
     }
 
     fn order(&mut self, row: &str) {
         let rows = latchwork_io::stimulus::read(format!("time,tag,value\n{row}").as_bytes()).expect("a row");
-        let rows = resolve_stimulus(&self.plant, &rows).expect("a row that fits");
+        let file = self.rig.path();
+        let rows = resolve_stimulus(&self.plant, &rows).unwrap_or_else(|e| panic!("{}: {e:?}", file.display()));
         assert!(matches!(&rows[0].action, latchwork_plant::sim::Action::Operate(Operation::Swap(_))));
         self.plant.stimulate(&rows[0].action, self.now);
     }
@@ -221,8 +228,8 @@ fn an_exchange_that_the_lane_has_not_done_can_be_called_off() {
 fn what_an_operator_does_meanwhile_is_looked_at_before_the_exchange() {
     let first = Counter { double: true, ..Counter::new(1) };
     let rig = Rig::new("[lane.main]\nevery = \"10ms\"\n[block.count]\ncomponent = \"v1.wasm\"\nlane = \"main\"\n");
-    let rig = rig.with("v1", &first.component()).with("v2", &Counter::new(2).component()).trace(None);
-    let mut bench = Bench { plant: rig.plant(Time::Real), now: 0, records: Vec::new() };
+    let rig = rig.with("v1", &first.component()).with("v2", &Counter::new(2).component());
+    let mut bench = Bench::of(rig);
     bench.scan(1_000, 2_000);
     bench.order("0s,swap.count,v2.wasm\n");
     // After the order, before it is prepared or sent: nothing of the lane has been served since.
