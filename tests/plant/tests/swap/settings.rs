@@ -97,3 +97,14 @@ fn settings_that_go_back_with_a_version_are_on_record_and_outlive_a_restart() {
         assert_eq!(rig().after(&ran.kept).run_for(100 * MS).at("count.outputs.count", 0), "2");
     }
 }
+
+#[test]
+fn they_reach_a_version_before_that_waits_for_its_restart() {
+    // It faults at 40 ms, would restart at 140 ms, and is swapped before that; its new instance is there by then.
+    let rig = plant_with(&Counter::new(1).bad(Bad::Trap(5)), "")
+        .with("v2", &Counter::new(2).bad(Bad::Trap(10)).component())
+        .stimulus("80ms,swap.count,v2.wasm\n100ms,count.settings.step,3\n");
+    let ran = rig.run_for(190 * MS);
+    assert_eq!(told(&ran).last().map(String::as_str), Some("180 count restarted"), "{:#?}", told(&ran));
+    assert_eq!(ran.at("count.outputs.count", 180 * MS), "3");
+}
