@@ -95,6 +95,17 @@ fn only_the_words_of_tags_are_kept_from_names() {
 }
 
 #[test]
+fn a_dotted_name_of_a_block_does_not_begin_like_that_of_a_sink() {
+    for table in ["block.sink.pump", "block.\"sink.pump\"", "block.sink.a.b"] {
+        let said = check(&format!("{HEAD}[{table}]\n{TON}"), false).render(false);
+        assert!(said.contains("begins like the name of a sink"), "{table}: {said}");
+    }
+    for (table, name) in [("block.sink", "sink"), ("block.zone.sink", "zone.sink"), ("block.sink-a.b", "sink-a.b")] {
+        assert_eq!(block_names(&format!("{HEAD}[{table}]\n{TON}")), [name]);
+    }
+}
+
+#[test]
 fn a_block_may_stand_below_another() {
     let text = format!("{HEAD}[block.a]\n{TON}[block.a.b]\n{TON}[block.a.c.d]\n{TON}[block.a.memory]\n{TON}");
     let mut names = block_names(&text);

@@ -116,9 +116,13 @@ impl Bench {
 }
 
 fn saver(path: &Path) -> Saver {
+    Saver::new(&model(path))
+}
+
+fn model(path: &Path) -> latchwork_plant::model::Model {
     let checked = check_file(path, engine(), CheckOptions { sim: true });
     let said = checked.render(false);
-    Saver::new(&checked.model.unwrap_or_else(|| panic!("{said}")))
+    checked.model.unwrap_or_else(|| panic!("{said}"))
 }
 
 fn keep(block: &str, file: &str, bytes: &[u8]) -> Keep {
@@ -322,4 +326,28 @@ fn a_setting_without_a_place_for_it_is_said_and_nothing_is_saved() {
     let (bench, component) = set();
     let keep = with_settings("bell", &component, &[("time", 1_000_000)]);
     bench.refuses(&[keep], "write `settings.time = \"1ms\"` into its table");
+}
+
+#[test]
+fn a_disk_that_fails_after_the_plant_file_is_in_its_place_takes_no_component_away() {
+    let mut bench = Bench::new(PLANT);
+    // The folder of the components is brought to the disk, the plant file's is not.
+    bench.saver = Saver::with_sync(&model(&bench.path("plant.toml")), |folder| match folder.ends_with("own") {
+        true => Ok(()),
+        false => Err(std::io::Error::other("the disk is gone")),
+    });
+    let said = bench.save(&[keep("light", "slow.wasm", &shipped("tof"))]).expect("it is saved");
+    assert!(said.last().is_some_and(|s| s.contains("not known to be on the disk: the disk is gone")), "{said:?}");
+    assert_eq!(bench.text(), PLANT.replace("'ton'", "\"slow\""));
+    assert_eq!(bench.saver.named("light").as_deref(), Some("slow"));
+    // The next start finds all that it names.
+    model(&bench.path("plant.toml"));
+    bench.save(&[keep("light", "ton.wasm", &shipped("ton"))]).expect("the next one knows of it");
+
+    // Before that nothing is left.
+    bench.write("plant.toml", PLANT);
+    std::fs::remove_dir_all(bench.path("own")).expect("the folder");
+    bench.saver =
+        Saver::with_sync(&model(&bench.path("plant.toml")), |_| Err(std::io::Error::other("the disk is gone")));
+    bench.refuses(&[keep("light", "slow.wasm", &shipped("tof"))], "the disk is gone");
 }

@@ -24,6 +24,8 @@ pub enum Phase {
     Planned,
     /// Waits for the end of a batch.
     Waiting,
+    /// It is being opened; the old one is not closed yet.
+    Opening,
     /// It gets the records; the old one waits.
     Probation {
         /// Batches that the probation has before it.
@@ -42,7 +44,7 @@ pub enum Phase {
 impl Phase {
     /// It goes no further.
     pub fn ended(&self) -> bool {
-        !matches!(self, Self::Preparing | Self::Waiting | Self::Probation { .. })
+        !matches!(self, Self::Preparing | Self::Waiting | Self::Opening | Self::Probation { .. })
     }
 }
 
@@ -99,8 +101,16 @@ pub(crate) struct Call {
     wish: Mutex<Option<(Wish, u64, Exchange)>>,
     /// An exchange is under way.
     under_way: Mutex<Option<Exchange>>,
-    /// How many earlier versions there are.
-    earlier: Mutex<usize>,
+    history: Mutex<Versions>,
+}
+
+/// The versions of a sink that can come back.
+#[derive(Default)]
+struct Versions {
+    /// On probation: the one that waits.
+    before: Option<Version>,
+    /// The newest is the last.
+    earlier: Vec<Option<Version>>,
 }
 
 impl Call {
@@ -120,8 +130,23 @@ impl Call {
         lock(&self.wish).take()
     }
 
-    pub(crate) fn tell_earlier(&self, count: usize) {
-        *lock(&self.earlier) = count;
+    /// Tells which version waits while another one is on probation.
+    pub(crate) fn tell_before(&self, before: Option<Version>) {
+        lock(&self.history).before = before;
+    }
+
+    /// Tells which earlier versions there are.
+    pub(crate) fn tell_earlier(&self, earlier: Vec<Option<Version>>) {
+        lock(&self.history).earlier = earlier;
+    }
+
+    /// Its worker is gone: what is under way comes to no other end.
+    pub(crate) fn give_up(&self, why: &str) {
+        let under_way = lock(&self.under_way).clone();
+        let why = format!("the sink has failed by itself and has ended, it works again in the next run: {why}");
+        if let Some(exchange) = under_way {
+            exchange.step(|phase| (!phase.ended()).then_some(Phase::Refused(why)));
+        }
     }
 
     /// Begins an exchange, if none is under way.
@@ -234,7 +259,7 @@ impl Swapper {
             seat.call.leave(Wish::Earlier(1), 0, exchange.clone(), &self.watch);
             return Ok(exchange);
         }
-        let earlier = *lock(&seat.call.earlier);
+        let earlier = lock(&seat.call.history).earlier.len();
         if steps == 0 || steps > earlier {
             return Err(match earlier {
                 0 => format!("sink `{sink}` has no earlier version: it has not been swapped since the plant's start"),
@@ -245,6 +270,17 @@ impl Swapper {
         exchange.set(Phase::Waiting);
         seat.call.leave(Wish::Earlier(steps), 0, exchange.clone(), &self.watch);
         Ok(exchange)
+    }
+
+    /// The version that [`Self::rollback`] would bring now; `None` for one that is no component, and where there is none.
+    pub fn earlier(&self, sink: &str, steps: usize) -> Option<Version> {
+        let call = &self.seats.iter().find(|s| s.config.name == sink)?.call;
+        let on_probation = lock(&call.under_way).as_ref().is_some_and(|e| matches!(e.phase(), Phase::Probation { .. }));
+        let history = lock(&call.history);
+        if on_probation && steps == 1 {
+            return history.before.clone();
+        }
+        history.earlier.get(history.earlier.len().checked_sub(steps)?)?.clone()
     }
 
     fn seat(&self, sink: &str) -> Result<&Seat, String> {
@@ -276,6 +312,11 @@ pub(crate) struct Exchanges {
 }
 
 impl Exchanges {
+    /// Which they are, the newest last.
+    pub(crate) fn versions(&self) -> Vec<Option<Version>> {
+        self.earlier.iter().map(|b| b.version.clone()).collect()
+    }
+
     /// Keeps a version that may be wanted back.
     pub(crate) fn keep(&mut self, before: Before) {
         if self.earlier.len() == EARLIER {

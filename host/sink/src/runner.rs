@@ -141,6 +141,7 @@ fn spawn(mut worker: Worker, finished: Sender<usize>) -> std::io::Result<()> {
             let why = panic.downcast_ref::<&str>().map(|s| (*s).to_owned());
             let why = why.or_else(|| panic.downcast_ref::<String>().cloned()).unwrap_or_else(|| "a panic".into());
             worker.statuses.change(worker.index, |s| (s.state, s.error) = (State::Ended, why.clone()));
+            worker.call.give_up(&why);
             (worker.tell)(Report { sink: worker.index, name: worker.config.name.clone(), what: What::Ended(why) });
             // Its destructor may panic as well.
             let sink = worker.sink.take();

@@ -132,8 +132,8 @@ impl Worker {
 
     /// Between two batches: another sink, or one that it had before.
     fn exchange(&mut self, wish: Wish, probation: u64, exchange: Exchange) {
-        let (new, version, steps) = match wish {
-            Wish::Another(new, version) => (Some(new), version, 0),
+        let (new, version, place) = match wish {
+            Wish::Another(new, version) => (Some(new), version, None),
             Wish::Earlier(_) if self.exchanges.probation.is_some() => {
                 return self.take_back("an operator wants the version before".into());
             }
@@ -144,27 +144,33 @@ impl Worker {
                 let Some(earlier) = at.and_then(|at| self.exchanges.earlier.remove(at)) else {
                     return exchange.set(Phase::Refused("there is no such version".into()));
                 };
-                (earlier.sink, earlier.version, steps)
+                (earlier.sink, earlier.version, at)
             }
         };
-        // From here on it cannot be called off.
-        if !exchange.step(|phase| (*phase == Phase::Waiting).then_some(Phase::Probation { left: probation })) {
-            return;
-        }
         let mut new = new;
-        if let Some(Err(why)) = new.as_mut().map(|new| new.start()) {
-            if steps > 0 {
-                self.exchanges.keep(Before { sink: new, version });
+        // From here on it cannot be called off.
+        let opens = exchange.step(|phase| (*phase == Phase::Waiting).then_some(Phase::Opening));
+        let opened = if opens { new.as_mut().map_or(Ok(()), |new| new.start()) } else { Err(String::new()) };
+        if let Err(why) = opened {
+            if let Some(at) = place {
+                // Where it was among the others.
+                self.exchanges.earlier.insert(at, Before { sink: new, version });
             }
-            return exchange.set(Phase::Refused(why));
+            if opens {
+                exchange.set(Phase::Refused(why));
+            }
+            return;
         }
         let mut before = Before { sink: std::mem::replace(&mut self.sink, new), version: self.version(version) };
         if let Some(old) = &mut before.sink {
             old.close();
         }
-        self.exchanges.probation = Some((before, exchange, probation));
+        self.call.tell_before(before.version.clone());
+        self.exchanges.probation = Some((before, exchange.clone(), probation));
         if probation == 0 {
             self.keep();
+        } else {
+            exchange.set(Phase::Probation { left: probation });
         }
     }
 
@@ -182,7 +188,7 @@ impl Worker {
     fn keep(&mut self) {
         let Some((before, exchange, _)) = self.exchanges.probation.take() else { return };
         self.exchanges.keep(before);
-        self.call.tell_earlier(self.exchanges.earlier.len());
+        self.call.tell_earlier(self.exchanges.versions());
         exchange.set(Phase::Done);
     }
 

@@ -18,26 +18,21 @@ const PATIENCE: Duration = Duration::from_secs(60);
 /// What all sinks of a test have got: which sink, which record.
 type Got = Arc<Mutex<Vec<(&'static str, u64)>>>;
 
-/// A sink with a name that fails at a batch, or does not open.
+/// A sink with a name that may fail at a batch.
 struct Named {
     name: &'static str,
     got: Got,
     fails_at: u64,
-    opens: bool,
     batches: u64,
 }
 
 impl Named {
     fn new(name: &'static str, got: &Got) -> Self {
-        Self { name, got: Arc::clone(got), fails_at: u64::MAX, opens: true, batches: 0 }
+        Self { name, got: Arc::clone(got), fails_at: u64::MAX, batches: 0 }
     }
 }
 
 impl Sink for Named {
-    fn start(&mut self) -> Result<(), String> {
-        if self.opens { Ok(()) } else { Err("it does not open".into()) }
-    }
-
     fn write(&mut self, batch: &[Record]) -> Result<u64, String> {
         self.batches += 1;
         if self.batches == self.fails_at {
@@ -45,6 +40,33 @@ impl Sink for Named {
         }
         self.got.lock().unwrap().extend(batch.iter().map(|r| (self.name, r.seq)));
         Ok(batch.last().map_or(0, |r| r.seq))
+    }
+}
+
+/// A sink that panics at its first batch.
+struct Panics;
+
+impl Sink for Panics {
+    fn write(&mut self, _: &[Record]) -> Result<u64, String> {
+        panic!("out of luck")
+    }
+}
+
+/// A sink that does not open, and that sees how far its exchange is meanwhile.
+struct Shut {
+    exchange: Arc<Mutex<Option<Exchange>>>,
+    seen: Arc<Mutex<Option<Phase>>>,
+}
+
+impl Sink for Shut {
+    fn start(&mut self) -> Result<(), String> {
+        wait_for(PATIENCE, "the exchange is known", || self.exchange.lock().unwrap().is_some());
+        *self.seen.lock().unwrap() = self.exchange.lock().unwrap().as_ref().map(Exchange::phase);
+        Err("it does not open".into())
+    }
+
+    fn write(&mut self, _: &[Record]) -> Result<u64, String> {
+        unreachable!("it is not open")
     }
 }
 
@@ -134,11 +156,26 @@ fn one_that_does_not_open_changes_nothing() {
     let swapper = bench.runner.as_ref().unwrap().swapper();
     bench.store(5);
     bench.deliver(PATIENCE);
-    let shut = Named { opens: false, ..Named::new("new", &got) };
-    assert_eq!(ended(&swapper.exchange("s", Box::new(shut), 10).unwrap()), Phase::Refused("it does not open".into()));
+    let (seen, now) = (Arc::new(Mutex::new(None)), Arc::new(Mutex::new(None)));
+    let shut = Shut { exchange: Arc::clone(&now), seen: Arc::clone(&seen) };
+    let exchange = swapper.exchange("s", Box::new(shut), 10).unwrap();
+    *now.lock().unwrap() = Some(exchange.clone());
+    assert_eq!(ended(&exchange), Phase::Refused("it does not open".into()));
+    assert_eq!(*seen.lock().unwrap(), Some(Phase::Opening), "nobody takes it for one that is in");
     bench.store(5);
     bench.deliver(PATIENCE);
     assert_eq!(whole(&got, 10), (10, 0));
+    bench.stop();
+}
+
+#[test]
+fn a_sink_that_panics_on_probation_ends_its_exchange() {
+    let folder = TempDir::new().unwrap();
+    let (mut bench, _got, _turn) = bench(folder.path());
+    let swapper = bench.runner.as_ref().unwrap().swapper();
+    let exchange = swapper.exchange("s", Box::new(Panics), 10).unwrap();
+    bench.store(1);
+    assert!(matches!(ended(&exchange), Phase::Refused(why) if why.contains("out of luck")));
     bench.stop();
 }
 

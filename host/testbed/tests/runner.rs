@@ -376,3 +376,87 @@ fn a_failure_shows_what_was_before_and_after_and_only_the_first_are_told_in_full
     );
     insta::assert_snapshot!("failures", told);
 }
+
+#[test]
+fn a_fault_after_an_expected_refusal_is_judged_on_its_own() {
+    let cases = run(r#"
+        component = "stress"
+        [[case]]
+        name = "settings are refused, then the block traps out of the blue"
+        step = [
+            { settings = { refuse = true }, commands = ["trap"], expect = { refused = "" } },
+            { expect = { outputs = { executions = 99 } } },
+        ]
+        [[case]]
+        name = "the same after a swap that is refused"
+        step = [{}, { swap = "stress", settings = { refuse = true }, commands = ["trap"], expect = { refused = "" } }]
+        [[case]]
+        name = "both are expected, the fault is another one"
+        step = [{ settings = { refuse = true }, commands = ["trap"], expect = { refused = "", fault = "stack" } }]
+        [[case]]
+        name = "both are expected, only the refusal comes"
+        step = [{ settings = { refuse = true }, expect = { refused = "", fault = "trap" } }]
+    "#);
+    for case in &cases {
+        assert!(!case.passed, "{}", case.name);
+        let what: Vec<_> = case.failures.iter().flat_map(|f| &f.mismatches).map(|m| m.what.as_str()).collect();
+        assert_eq!(what, ["fault"], "{}", case.name);
+    }
+    all_pass(
+        r#"
+        component = "stress"
+        [[case]]
+        name = "both as expected"
+        step = [{ settings = { refuse = true }, commands = ["trap"], expect = { refused = "", fault = "trap" } }]
+    "#,
+    );
+}
+
+#[test]
+fn a_swap_after_a_fault_is_done_and_starts_cold() {
+    all_pass(
+        r#"
+        component = "stress"
+        [[case]]
+        name = "one more"
+        step = [
+            {},
+            { commands = ["trap"], expect = { fault = "trap" } },
+            { at = "1s", swap = "stress", expect = { outputs = { executions = 1 } } },
+            { expect = { outputs = { executions = 2 } } },
+        ]
+        [[case]]
+        name = "a swap that is refused brings none, a restart does"
+        step = [
+            { commands = ["trap"], expect = { fault = "trap" } },
+            { swap = "stress", settings = { refuse = true }, expect = { refused = "" } },
+            { restart = true, expect = { outputs = { executions = 1 } } },
+        ]
+    "#,
+    );
+    let cases = run(r#"
+        component = "stress"
+        [[case]]
+        name = "a wrong expectation of the swap"
+        step = [
+            { commands = ["trap"], expect = { fault = "trap" } },
+            { swap = "stress", expect = { outputs = { executions = 99 } } },
+        ]
+        [[case]]
+        name = "a wrong expectation after it"
+        step = [
+            { commands = ["trap"], expect = { fault = "trap" } },
+            { swap = "stress" },
+            { expect = { outputs = { executions = 99 } } },
+        ]
+        [[case]]
+        name = "outputs of none"
+        step = [
+            { commands = ["trap"], expect = { fault = "trap" } },
+            { swap = "stress", settings = { refuse = true }, expect = { refused = "", outputs = { executions = 1 } } },
+        ]
+    "#);
+    for case in &cases {
+        assert!(!case.passed, "{}", case.name);
+    }
+}

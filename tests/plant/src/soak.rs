@@ -244,6 +244,7 @@ impl Soak {
             file: "next.wasm".into(),
             bytes: bytes.into(),
             settings: Vec::new(),
+            expects: None,
         };
         let order = SwapOrder {
             parts: parts.into_iter().map(part).collect(),

@@ -133,6 +133,7 @@ impl Version {
             file: "next.wasm".into(),
             bytes: self.component().into(),
             settings: Vec::new(),
+            expects: None,
         };
         SwapOrder {
             parts: vec![part],

@@ -57,6 +57,7 @@ struct Block<'a> {
     component: Cow<'a, str>,
     #[serde(default)]
     settings: BTreeMap<String, Value>,
+    expects: Option<String>,
 }
 
 fn probation() -> u64 {
@@ -163,7 +164,8 @@ fn part(at: usize, block: Block<'_>, before: &[Part]) -> Result<Part, Failure> {
         text(&tag, value).map(|value| (name, value))
     });
     let settings = settings.collect::<Result<_, _>>()?;
-    Ok(Part { block: block.block, file: block.file, bytes: same.unwrap_or_else(|| bytes.into()), settings })
+    let (bytes, expects) = (same.unwrap_or_else(|| bytes.into()), block.expects);
+    Ok(Part { block: block.block, file: block.file, bytes, settings, expects })
 }
 
 pub(super) async fn list(State(shared): State<Arc<Shared>>, caller: Caller, _: Query<Nothing>) -> Answered {

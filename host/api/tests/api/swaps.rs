@@ -17,13 +17,14 @@ fn block(name: &str, file: &str, bytes: &[u8]) -> Value {
 }
 
 fn part(name: &str, file: &str, bytes: &[u8]) -> Part {
-    Part { block: name.into(), file: file.into(), bytes: bytes.into(), settings: Vec::new() }
+    Part { block: name.into(), file: file.into(), bytes: bytes.into(), settings: Vec::new(), expects: None }
 }
 
 #[test]
 fn an_order_arrives_with_all_that_was_asked_and_what_was_not_has_its_default() {
     let bytes: Vec<u8> = (0..=255).cycle().take(100_000).collect();
     let mut one = block("unit", "tank-2.wasm", &bytes);
+    one["expects"] = json!("ab12");
     one["settings"] = json!({ "pulse": "300ms", "gain": 1.5 });
     let body = json!({
         "blocks": [one, block("sink.day", "other.wasm", b"")], "shadow": 300, "tolerances": { "unit.outputs.*": 1e-6 },
@@ -33,7 +34,7 @@ fn an_order_arrives_with_all_that_was_asked_and_what_was_not_has_its_default() {
     let settings = [("gain", "1.5"), ("pulse", "300ms")].map(|(n, v)| (n.to_owned(), v.to_owned()));
     let expected = SwapOrder {
         parts: vec![
-            Part { settings: settings.into(), ..part("unit", "tank-2.wasm", &bytes) },
+            Part { settings: settings.into(), expects: Some("ab12".into()), ..part("unit", "tank-2.wasm", &bytes) },
             part("sink.day", "other.wasm", b""),
         ],
         shadow: 300,

@@ -129,5 +129,10 @@ fn a_sink_is_swapped_between_two_batches_and_nothing_is_lost_or_comes_twice() {
     numbers.retain(|n| *n <= last);
     numbers.sort_unstable();
     assert_eq!(numbers, (1..=last).collect::<Vec<_>>());
-    told(&plant, "sink.day", 6);
+    let told = told(&plant, "sink.day", 8);
+    let once = ["asked", "exchanged", "kept"];
+    assert_eq!(told, [&once[..], &once, &["asked", "rolled-back"]].concat());
+    let back = plant.records(1, |r| r["source"] == "sink.day" && r["transition"] == "rolled-back");
+    let text = back[0]["text"].as_str().expect("a text");
+    assert!(text.contains("day-3") && text.contains("→ day-2"), "{text}");
 }

@@ -128,7 +128,7 @@ fn part(plant: &Plant, row: &Row, block: &str, file: &str) -> Result<Part, Strin
     let path = plant.model.file.parent().unwrap_or(Path::new("")).join(file);
     let bytes = std::fs::read(&path).map_err(|e| format!("`{}`: {}: {e}", row.tag, path.display()))?;
     let file = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
-    Ok(Part { block: block.into(), file, bytes: bytes.into(), settings: Vec::new() })
+    Ok(Part { block: block.into(), file, bytes: bytes.into(), settings: Vec::new(), expects: None })
 }
 
 /// Executions of a probation that the row says nothing of.

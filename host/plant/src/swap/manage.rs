@@ -79,6 +79,10 @@ impl Plant {
         }
         super::shade::check(&order.tolerances)?;
         self.swappable(&blocks)?;
+        // From here on nothing else comes between: a block has one swap under way.
+        for (part, block) in order.parts.iter().zip(&blocks) {
+            part.takes_place_of(self.release(*block).component.hash())?;
+        }
         Ok((self.model.blocks[blocks[0]].lane, blocks))
     }
 

@@ -1,5 +1,6 @@
 //! What an operator wants.
 
+use crate::operate::Refused;
 use std::sync::Arc;
 
 /// A swap: one block or several of one lane, all or none, in one scan.
@@ -32,6 +33,29 @@ pub struct Part {
     pub bytes: Arc<[u8]>,
     /// Settings of the new version that are to be others than now: name and value as text.
     pub settings: Vec<(String, String)>,
+    /// Hash of the component that it takes the place of, as a plan told; none: of whichever runs.
+    pub expects: Option<String>,
+}
+
+impl Part {
+    /// Refuses to take the place of another component than was expected.
+    ///
+    /// # Errors
+    /// `runs`, a hash, is another one.
+    pub(super) fn takes_place_of(&self, runs: &str) -> Result<(), Refused> {
+        match &self.expects {
+            Some(expected) if expected != runs => {
+                let short = |hash: &str| hash.get(..12).unwrap_or(hash).to_owned();
+                let (block, runs, expected) = (&self.block, short(runs), short(expected));
+                let message = format!(
+                    "`{block}` runs {runs} by now, not {expected} as when this was planned; look at the plan again with \
+                     --dry-run"
+                );
+                Err(Refused::new("state", message))
+            }
+            _ => Ok(()),
+        }
+    }
 }
 
 impl std::fmt::Debug for Part {

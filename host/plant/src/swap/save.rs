@@ -89,18 +89,28 @@ struct Known {
     sim: bool,
     /// What the plant file names, by block or sink: at the plant's start, or since it was saved.
     named: BTreeMap<String, String>,
+    sync: ToDisk,
 }
+
+/// Brings the names in a folder to the disk.
+pub type ToDisk = fn(&Path) -> std::io::Result<()>;
 
 impl Saver {
     /// For the plant file of a model.
     pub fn new(model: &Model) -> Self {
+        Self::with_sync(model, |folder| File::open(folder)?.sync_all())
+    }
+
+    /// The same with another way to bring names to the disk: for tests of disks that fail.
+    #[doc(hidden)]
+    pub fn with_sync(model: &Model, sync: ToDisk) -> Self {
         let blocks = model.blocks.iter().map(|b| (b.name.clone(), b.named.clone()));
         let sinks = model
             .sinks
             .iter()
             .filter_map(|s| Some((format!("{SINK}{}", s.config.name), s.config.values.text("component")?.to_owned())));
         let named = blocks.chain(sinks).collect();
-        Self { shared: Arc::new(Mutex::new(Known { path: model.file.clone(), sim: model.sim, named })) }
+        Self { shared: Arc::new(Mutex::new(Known { path: model.file.clone(), sim: model.sim, named, sync })) }
     }
 
     /// What the plant file names as the component of a block or sink, as far as is known.
@@ -108,7 +118,7 @@ impl Saver {
         self.shared.lock().unwrap_or_else(PoisonError::into_inner).named.get(block).cloned()
     }
 
-    /// Saves all or none; a sentence for each. It reads and writes files: not for the plant's own thread.
+    /// Saves all or none; a sentence for each, and one more if it is not known whether a power cut would leave it. It reads and writes files: not for the plant's own thread.
     ///
     /// # Errors
     /// A plant file that was edited in a way that is not known here, or would be wrong; files that cannot be written.
@@ -117,7 +127,7 @@ impl Saver {
         let mut made = Vec::new();
         let saved = known.save(engine, keep, &mut made);
         if saved.is_err() {
-            // Nothing names them.
+            // Nothing names them: an error is from before the plant file was put in its place.
             made.iter().for_each(|path| drop(std::fs::remove_file(path)));
         }
         saved
@@ -132,10 +142,10 @@ impl Known {
         let file = self.parse(&text)?;
         // As the check has it: relative to the name by which the plant was started.
         let folders: Vec<_> = folders(&file, folder_of(&self.path)).into_iter().map(|(folder, _)| folder).collect();
-        let (mut edits, mut names) = (Vec::new(), Vec::new());
+        let (mut edits, mut names, mut unsure) = (Vec::new(), Vec::new(), None);
         for keep in keep {
             let (span, now) = self.place(&file, &keep.block)?;
-            let name = component(&folders, folder_of(&self.path), keep, made)?;
+            let name = component(&folders, folder_of(&self.path), keep, self.sync, made)?;
             if now != name {
                 edits.push((span, toml::Value::String(name.clone()).to_string()));
             }
@@ -147,10 +157,13 @@ impl Known {
                 return Err(SaveError::Edited("somebody is writing it".into()));
             }
             replace(&path, new.as_bytes()).map_err(|e| failed(&path, "written", e))?;
+            // From here on it names them, whatever the disk says.
+            unsure = (self.sync)(folder_of(&path)).err();
         }
         let shown = self.path.file_name().unwrap_or_default().to_string_lossy().into_owned();
         let sentence = |(keep, name): (&Keep, &String)| format!("{}: component = \"{name}\" in {shown}", keep.block);
-        let sentences = keep.iter().zip(&names).map(sentence).collect();
+        let mut sentences: Vec<_> = keep.iter().zip(&names).map(sentence).collect();
+        sentences.extend(unsure.map(|e| format!("{shown} is saved, but not known to be on the disk: {e}")));
         self.named.extend(keep.iter().map(|k| k.block.clone()).zip(names));
         Ok(sentences)
     }
@@ -204,7 +217,13 @@ fn edited(text: &str, mut edits: Vec<(Span, String)>) -> String {
 }
 
 /// The name by which a component is found from now on; it is written if it is not there yet.
-fn component(folders: &[PathBuf], beside: &Path, keep: &Keep, made: &mut Vec<PathBuf>) -> Result<String, SaveError> {
+fn component(
+    folders: &[PathBuf],
+    beside: &Path,
+    keep: &Keep,
+    sync: ToDisk,
+    made: &mut Vec<PathBuf>,
+) -> Result<String, SaveError> {
     let stem = keep.file.trim_end_matches(".wasm");
     if stem.is_empty() || stem.starts_with('.') || stem.contains(|c: char| c == '/' || c.is_control()) {
         return Err(SaveError::Name(keep.file.escape_debug().to_string()));
@@ -224,7 +243,7 @@ fn component(folders: &[PathBuf], beside: &Path, keep: &Keep, made: &mut Vec<Pat
                 std::fs::create_dir_all(folder).map_err(|e| failed(folder, "made", e))?;
                 let path = folder.join(&file);
                 made.push(path.clone());
-                replace(&path, &keep.bytes).map_err(|e| failed(&path, "written", e))?;
+                replace(&path, &keep.bytes).and_then(|()| sync(folder)).map_err(|e| failed(&path, "written", e))?;
                 return Ok(named);
             }
             Some(path) if std::fs::read(&path).map_err(|e| failed(&path, "read", e))? == *keep.bytes => {
@@ -236,7 +255,8 @@ fn component(folders: &[PathBuf], beside: &Path, keep: &Keep, made: &mut Vec<Pat
     Err(SaveError::Name(keep.file.clone()))
 }
 
-/// Puts a whole file in its place: what is there is the old one or the new one, also after a power cut.
+/// Puts a whole file in its place: what is there is the old one or the new one, also after a power cut. Which of them is known
+/// when the folder, too, is on the disk.
 fn replace(path: &Path, bytes: &[u8]) -> std::io::Result<()> {
     let folder = folder_of(path);
     let name = path.file_name().unwrap_or_default().to_string_lossy();
@@ -245,10 +265,8 @@ fn replace(path: &Path, bytes: &[u8]) -> std::io::Result<()> {
     let written = write(&beside, path, bytes).and_then(|()| std::fs::rename(&beside, path));
     if written.is_err() {
         let _ = std::fs::remove_file(&beside);
-        return written;
     }
-    // The name, too, is on the disk.
-    File::open(folder)?.sync_all()
+    written
 }
 
 fn write(beside: &Path, path: &Path, bytes: &[u8]) -> std::io::Result<()> {

@@ -31,6 +31,8 @@ pub(super) struct SinkSwap {
     dry_run: bool,
     /// It takes back another one, which is on probation.
     takes_back: bool,
+    /// It brings an earlier version.
+    back: bool,
 }
 
 impl Plant {
@@ -53,12 +55,13 @@ impl Plant {
         }
         let (swapper, sink) = self.sink(&part.block)?;
         let old = swapper.version(sink);
+        part.takes_place_of(old.as_ref().map_or("", |v| &v.hash))?;
         let (exchange, new) = swapper
             .swap(sink, &part.file, &part.bytes, order.probation, order.dry_run)
             .map_err(|why| Refused::new("state", why))?;
         let mut swap = self.sink_swap(&part.block, exchange, operator, now);
         swap.dry_run = order.dry_run;
-        let notes = vec!["its cursor stays where it is: no record is lost or comes twice".to_owned()];
+        let notes = vec!["its cursor stays where it is: each record comes at least once from there".to_owned()];
         swap.status.blocks.push(plan(&part.block, old, Some(new), notes));
         if order.save && !order.dry_run {
             let (block, file) = (part.block.clone(), part.file.clone());
@@ -79,14 +82,14 @@ impl Plant {
         now: u64,
     ) -> Result<Answer, Refused> {
         let (swapper, sink) = self.sink(name)?;
-        let old = swapper.version(sink);
         let steps = usize::try_from(steps).unwrap_or(usize::MAX);
+        let (old, new) = (swapper.version(sink), swapper.earlier(sink, steps));
         let exchange = swapper.rollback(sink, steps).map_err(|why| Refused::new("state", why))?;
         let takes_back = matches!(exchange.phase(), Phase::Probation { .. });
         let mut swap = self.sink_swap(name, exchange, operator, now);
-        swap.takes_back = takes_back;
-        swap.status.blocks.push(plan(name, old, None, vec!["it goes on where the cursor stands".into()]));
-        self.tell_of_sink(&swap, "asked", &format!("{steps} versions back"), now);
+        (swap.takes_back, swap.back) = (takes_back, true);
+        swap.status.blocks.push(plan(name, old, new, vec!["it goes on where the cursor stands".into()]));
+        self.tell_of_sink(&swap, "asked", &versions_back(steps), now);
         Ok(self.follow_sink(swap))
     }
 
@@ -115,6 +118,7 @@ impl Plant {
             saving: None,
             dry_run: false,
             takes_back: false,
+            back: false,
         }
     }
 
@@ -143,7 +147,7 @@ impl Plant {
         }
         let (stage, why) = match phase {
             Phase::Preparing => (Stage::Preparing, String::new()),
-            Phase::Waiting => (Stage::Exchanging, String::new()),
+            Phase::Waiting | Phase::Opening => (Stage::Exchanging, String::new()),
             Phase::Probation { .. } if swap.takes_back => (Stage::Exchanging, String::new()),
             Phase::Probation { left } => {
                 swap.status.left = left;
@@ -158,18 +162,23 @@ impl Plant {
             Phase::Cancelled => (Stage::Cancelled, String::new()),
         };
         let went_in = matches!(stage, Stage::Probation | Stage::Done | Stage::RolledBack);
-        if went_in && swap.status.exchanged_at == 0 && !swap.takes_back {
+        if went_in && swap.status.exchanged_at == 0 {
             swap.status.exchanged_at = now;
-            self.tell_of_sink(&swap, "exchanged", "between two batches", now);
+            // One that goes back is told of as such, when it is there.
+            if !swap.back {
+                self.tell_of_sink(&swap, "exchanged", "between two batches", now);
+            }
         }
         (swap.status.stage, swap.status.message) = (stage, why);
         if !stage.ended() {
             return Some(swap);
         }
+        swap.status.left = 0;
         let why = swap.status.message.clone();
         match stage {
             _ if swap.dry_run => {}
-            Stage::Done => self.tell_of_sink(&swap, if swap.takes_back { "rolled-back" } else { "kept" }, "", now),
+            Stage::Done if swap.back => self.tell_of_sink(&swap, "rolled-back", "between two batches", now),
+            Stage::Done => self.tell_of_sink(&swap, "kept", "", now),
             Stage::Refused => self.tell_of_sink(&swap, "refused", &why, now),
             Stage::RolledBack => self.tell_of_sink(&swap, "rolled-back", &why, now),
             Stage::Cancelled => self.tell_of_sink(&swap, "cancelled", "called off before the exchange", now),
@@ -229,6 +238,10 @@ impl Plant {
         }
         self.tell(draft, Vec::new());
     }
+}
+
+fn versions_back(steps: usize) -> String {
+    if steps == 1 { "the version before".into() } else { format!("{steps} versions back") }
 }
 
 fn plan(

@@ -112,6 +112,13 @@ pub(super) struct Expect {
     pub(super) fault: Option<String>,
 }
 
+impl Expect {
+    /// Something is expected that only an execution can show.
+    pub(super) fn looks(&self) -> bool {
+        !self.outputs.is_empty() || !self.state.is_empty() || self.alarms.is_some()
+    }
+}
+
 /// One expected value.
 #[derive(Debug)]
 pub(super) struct Expected {

@@ -1,7 +1,7 @@
 //! Runs cases at virtual time.
 
 use super::history::{History, names_of};
-use super::model::{Case, Expected, Step, Subject, Takeover, TestFile};
+use super::model::{Case, Expect, Expected, Step, Subject, Takeover, TestFile};
 use super::report::{CaseReport, Failure, Mismatch, Timeline};
 use latchwork_block::upgrade::Transfer;
 use latchwork_block::{Class, Fault, Instance, Limits, Scan};
@@ -38,6 +38,7 @@ impl TestFile {
         };
         run.case();
         run.close();
+        run.complete();
         run.report.passed = run.report.failures.is_empty();
         run.report
     }
@@ -89,6 +90,19 @@ impl<'a> Run<'a> {
             }
             self.report.steps += 1;
         }
+    }
+
+    /// A case of which a part was not done has not passed, whatever the reason.
+    fn complete(&mut self) {
+        let (done, steps) = (self.report.steps, self.case.steps.len());
+        if done == steps || !self.report.failures.is_empty() {
+            return;
+        }
+        let (expected, got) = (format!("all {steps}"), format!("{done}: the block has ended before"));
+        let mismatches = vec![Mismatch { what: "steps".into(), expected, got }];
+        let Step { label, line, at, .. } = &self.case.steps[done];
+        let (step, line, at_ns) = (label.clone(), *line, *at);
+        self.report.failures.push(Failure { step, line, at_ns, mismatches, timeline: Timeline::default() });
     }
 
     /// Cells for the class that runs.
@@ -195,16 +209,27 @@ impl<'a> Run<'a> {
         for input in &step.inputs {
             self.cells[input.cell] = input.value;
         }
-        let executed = if faulted { Ok(()) } else { self.execute(step.at, step.commands) };
-        let outcome = changed.and(executed.map_err(Trouble::Fault));
-        self.judge(&mut mismatches, &outcome, step.expect.refused.as_deref(), step.expect.fault.as_deref());
+        let Expect { refused, fault, .. } = &step.expect;
+        if faulted {
+            self.judge(&mut mismatches, &changed, refused.as_deref(), fault.as_deref());
+        } else {
+            // What follows a refusal is an execution like any other, with faults of its own.
+            let executed = self.execute(step.at, step.commands).map_err(Trouble::Fault);
+            self.judge(&mut mismatches, &changed, refused.as_deref(), None);
+            self.judge(&mut mismatches, &executed, None, fault.as_deref());
+        }
         if self.instance.is_some() {
             self.compare(step, &mut mismatches);
+        } else if mismatches.is_empty() && step.expect.looks() {
+            let (expected, got) = ("an execution".into(), "none: the block has ended in a fault".into());
+            mismatches.push(Mismatch { what: "execution".into(), expected, got });
         }
-        if !mismatches.is_empty() {
+        let sound = mismatches.is_empty();
+        if !sound {
             self.fail(&step.label, step.line, step.at, mismatches);
         }
-        self.instance.is_some() || step.expect.fault.is_some()
+        // After a fault as expected the next step brings another instance.
+        self.instance.is_some() || sound
     }
 
     /// Everything that happens before the execution.
@@ -248,19 +273,21 @@ impl<'a> Run<'a> {
         Ok(())
     }
 
-    /// The next version takes over between two executions.
+    /// The next version takes over between two executions; where a fault has left none before it, it starts cold.
     fn swap(&mut self, to: &'a Subject, lossy: bool, settings: &[(usize, u64)]) -> Result<(), Trouble> {
-        let Some(old) = &mut self.instance else { return Ok(()) };
         let (from, class) = (&self.subject.class, &to.class);
-        let saved = old.save()?;
+        let saved = match &mut self.instance {
+            Some(old) => old.save()?,
+            None => None,
+        };
         let mut new = to.template.instantiate(&self.limits)?;
         let mut cells = new.defaults()?.unwrap_or_else(|| vec![0; class.settings.len()]);
-        carry(&from.settings, &class.settings, lossy, &self.settings, &mut cells, "setting")?;
+        carry(&from.settings, &class.settings, lossy, &self.settings, &mut cells, "setting", settings)?;
         settings.iter().for_each(|(i, cell)| cells[*i] = *cell);
         new.configure(&cells)?.map_err(Trouble::Refused)?;
         let carried = match saved.zip(new.save()?) {
             Some((saved, mut state)) => {
-                carry(&from.retained, &class.retained, lossy, &saved, &mut state, "retained field")?;
+                carry(&from.retained, &class.retained, lossy, &saved, &mut state, "retained field", &[])?;
                 new.restore(&state)?;
                 true
             }
@@ -270,6 +297,9 @@ impl<'a> Run<'a> {
         self.close();
         self.history.clear();
         (self.instance, self.settings, self.first) = (Some(new), cells, !carried);
+        if !carried {
+            (self.last, self.elapsed) = (None, 0);
+        }
         self.subject = to;
         self.lay_out();
         self.cells[..arguments.len()].copy_from_slice(&arguments);
@@ -358,7 +388,7 @@ fn told(fault: &Fault) -> String {
     format!("{} ({})", fault.kind.name(), fault.message)
 }
 
-/// Cells that go over by name and type.
+/// Cells that go over by name and type. A field that is `given` a value loses nothing.
 fn carry(
     from: &[latchwork_block::Port],
     to: &[latchwork_block::Port],
@@ -366,9 +396,11 @@ fn carry(
     old: &[u64],
     new: &mut [u64],
     what: &str,
+    given: &[(usize, u64)],
 ) -> Result<(), Trouble> {
     let transfer = Transfer::new(from, to, lossy);
-    let refused: Vec<_> = transfer.refused().map(|f| format!("`{}`", f.name)).collect();
+    let given = |name: &str| given.iter().any(|(at, _)| to[*at].path == name);
+    let refused: Vec<_> = transfer.refused().filter(|f| !given(&f.name)).map(|f| format!("`{}`", f.name)).collect();
     if !refused.is_empty() {
         let fields = refused.join(", ");
         return Err(Trouble::Refused(format!(

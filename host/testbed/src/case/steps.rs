@@ -99,7 +99,9 @@ impl Steps {
             let finding = Finding::error(span, "the step before ended in a fault: there is nothing left to execute");
             checker.add(finding.help("begin the step with `restart = true`, or leave it out"));
         }
-        self.gone = step.expect.fault.is_some();
+        // A swap that is refused brings nothing back.
+        let still = self.gone && step.expect.refused.is_some();
+        self.gone = still || step.expect.fault.is_some();
         let before = self.executions;
         let gap = step.at.saturating_sub(last.unwrap_or(0));
         self.executions = before.saturating_add(1).saturating_add(gap.checked_div(self.every).unwrap_or(0));

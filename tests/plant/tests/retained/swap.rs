@@ -16,7 +16,13 @@ fn other() -> Vec<u8> {
 }
 
 fn swap(at: u64, block: &str, bytes: Vec<u8>) -> Stimulus {
-    let part = Part { block: block.into(), file: "other.wasm".into(), bytes: bytes.into(), settings: Vec::new() };
+    let part = Part {
+        block: block.into(),
+        file: "other.wasm".into(),
+        bytes: bytes.into(),
+        settings: Vec::new(),
+        expects: None,
+    };
     let order = SwapOrder {
         parts: vec![part],
         shadow: 0,

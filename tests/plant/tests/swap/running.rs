@@ -107,6 +107,7 @@ fn order(version: &Counter, probation: u64) -> SwapOrder {
         file: format!("v{}.wasm", version.version),
         bytes: version.component().into(),
         settings: Vec::new(),
+        expects: None,
     };
     SwapOrder {
         parts: vec![part],
@@ -117,6 +118,27 @@ fn order(version: &Counter, probation: u64) -> SwapOrder {
         dry_run: false,
         save: false,
     }
+}
+
+#[test]
+fn what_was_planned_is_swapped_only_in_the_place_of_what_was_seen_then() {
+    let plant = Running::new();
+    let plan = plant.swap(SwapOrder { dry_run: true, ..order(&Counter::new(3), 0) });
+    let seen = plant.until(plan, Stage::Planned).blocks[0].old.hash.clone();
+    let expecting = |version, hash: &str| {
+        let mut order = order(&Counter::new(version), 0);
+        order.parts[0].expects = Some(hash.to_owned());
+        order
+    };
+    // Somebody else is faster.
+    let other = plant.swap(order(&Counter::new(2), 0));
+    let runs = plant.until(other, Stage::Done).blocks[0].new.hash.clone();
+    let why = plant.ask(Operation::Swap(Box::new(expecting(3, &seen)))).expect_err("it is refused");
+    assert!(why.message.contains(&runs[..12]) && why.message.contains(&seen[..12]), "{}", why.message);
+    assert_eq!(plant.row(0)["hash"], runs.as_str());
+    let number = plant.swap(expecting(3, &runs));
+    plant.until(number, Stage::Done);
+    plant.end();
 }
 
 #[test]

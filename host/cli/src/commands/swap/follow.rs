@@ -2,13 +2,14 @@
 
 use super::text;
 use crate::report;
-use anyhow::{Context, Result};
-use latchwork_api::client::Client;
+use anyhow::{Result, anyhow};
+use latchwork_api::client::{Client, ClientError};
 use latchwork_plant::swap::{Stage, SwapStatus};
+use signal_hook::consts::SIGINT;
 use std::io::IsTerminal;
-use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::time::Duration;
+use std::sync::{Arc, OnceLock};
+use std::time::{Duration, Instant};
 
 /// How often the plant is asked.
 const EVERY: Duration = Duration::from_millis(100);
@@ -21,33 +22,75 @@ pub(super) enum End {
     Left(u64),
 }
 
+/// How long a plant that is busy may give no answer.
+const PATIENCE: Duration = Duration::from_secs(10);
+
+/// What Ctrl-C does. The handler is set once: one that is taken away again leaves a program that hears nothing.
+struct Interrupt {
+    pressed: Arc<AtomicBool>,
+    /// It ends the program, as it does everywhere else.
+    ends: Arc<AtomicBool>,
+}
+
+static INTERRUPT: OnceLock<std::io::Result<Interrupt>> = OnceLock::new();
+
+impl Interrupt {
+    fn new() -> std::io::Result<Self> {
+        let (pressed, ends) = (Arc::<AtomicBool>::default(), Arc::<AtomicBool>::default());
+        signal_hook::flag::register_conditional_default(SIGINT, Arc::clone(&ends))?;
+        signal_hook::flag::register(SIGINT, Arc::clone(&pressed))?;
+        Ok(Self { pressed, ends })
+    }
+}
+
+/// While it lives, Ctrl-C is only noted.
+pub(super) struct Noted(&'static Interrupt);
+
+impl Noted {
+    pub(super) fn new() -> Result<Self> {
+        let interrupt = INTERRUPT.get_or_init(Interrupt::new).as_ref();
+        let interrupt = interrupt.map_err(|e| anyhow!("the handler of Ctrl-C could not be set: {e}"))?;
+        interrupt.ends.store(false, Ordering::SeqCst);
+        Ok(Self(interrupt))
+    }
+
+    pub(super) fn pressed(&self) -> bool {
+        self.0.pressed.load(Ordering::SeqCst)
+    }
+}
+
+impl Drop for Noted {
+    fn drop(&mut self) {
+        self.0.ends.store(true, Ordering::SeqCst);
+    }
+}
+
 /// Follows a swap to its end, or until Ctrl-C. `planned`: its plan was shown already. `quiet`: nothing is said.
 pub(super) fn follow(client: &Client, mut status: SwapStatus, planned: bool, quiet: bool) -> Result<End> {
-    let interrupted = Arc::new(AtomicBool::new(false));
-    let handler = signal_hook::flag::register(signal_hook::consts::SIGINT, Arc::clone(&interrupted));
-    let handler = handler.context("the handler of Ctrl-C could not be set")?;
+    let interrupt = Noted::new()?;
+    let mut answered = Instant::now();
     let mut teller = Teller::new(std::io::stdout().is_terminal(), planned);
-    let end = loop {
+    loop {
         if !quiet {
             report::say(&teller.tell(&status));
         }
         if status.stage.ended() {
-            break Ok(End::Over(Box::new(status)));
+            return Ok(End::Over(Box::new(status)));
         }
-        if interrupted.load(Ordering::Relaxed) {
+        if interrupt.pressed() {
             if !quiet {
                 report::say(&teller.clear());
             }
-            break Ok(End::Left(status.number));
+            return Ok(End::Left(status.number));
         }
         std::thread::sleep(EVERY);
-        status = match client.get(&format!("/v1/swaps/{}", status.number), &[]) {
-            Ok(status) => status,
-            Err(error) => break Err(error.into()),
-        };
-    };
-    signal_hook::low_level::unregister(handler);
-    end
+        match client.get(&format!("/v1/swaps/{}", status.number), &[]) {
+            Ok(now) => (status, answered) = (now, Instant::now()),
+            // Too many ask at once, or the plant's own thread is late: the swap goes on all the same.
+            Err(ClientError::Refused { status: 503, .. }) if answered.elapsed() < PATIENCE => {}
+            Err(error) => return Err(error.into()),
+        }
+    }
 }
 
 /// What was said so far.

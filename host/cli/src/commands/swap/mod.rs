@@ -14,7 +14,7 @@ use latchwork_api::client::{Client, path_part};
 use latchwork_plant::swap::{Stage, SwapStatus};
 use order::{Order, Wrong};
 use serde_json::{Value, json};
-use std::io::{BufRead, IsTerminal};
+use std::io::{BufRead, IsTerminal, Write};
 
 pub(super) fn swap(args: &Swap) -> Result<Exit> {
     let reach = &args.change.reach;
@@ -22,7 +22,7 @@ pub(super) fn swap(args: &Swap) -> Result<Exit> {
     if asks && (reach.json || !can_ask()) {
         return Ok(nobody_to_ask("swap"));
     }
-    let order = match Order::read(args) {
+    let mut order = match Order::read(args) {
         Ok(order) => order,
         Err(Wrong::Usage { error, help }) => return Ok(usage(&error, &help)),
         Err(Wrong::File(error)) => return Err(error),
@@ -32,9 +32,12 @@ pub(super) fn swap(args: &Swap) -> Result<Exit> {
     if asks {
         let plan = start(&client, &order.body(args, true))?;
         match follow(&client, plan, false, false)? {
-            End::Over(status) if status.stage == Stage::Planned => told = true,
+            End::Over(status) if status.stage == Stage::Planned => {
+                told = true;
+                order.expect(&status.blocks);
+            }
             End::Over(status) => return Ok(outcome(&status, false)),
-            End::Left(number) => return Ok(left(number)),
+            End::Left(number) => return Ok(left(number, false)),
         }
         let names = order.names();
         if !agreed(&format!("swap {names} in the running plant?"))? {
@@ -128,7 +131,7 @@ fn end(end: End, json: bool, save: bool) -> Result<Exit> {
             Ok(exit(&status, save))
         }
         End::Over(status) => Ok(outcome(&status, save)),
-        End::Left(number) => Ok(left(number)),
+        End::Left(number) => Ok(left(number, json)),
     }
 }
 
@@ -157,11 +160,17 @@ fn outcome(status: &SwapStatus, save: bool) -> Exit {
     exit
 }
 
-fn left(number: u64) -> Exit {
-    report::say(&format!(
+fn left(number: u64, json: bool) -> Exit {
+    let text = format!(
         "swap {number} goes on without this program; `latchwork swaps {number}` follows it, `latchwork swaps {number} --cancel` \
          calls it off before the exchange\n"
-    ));
+    );
+    // Whoever reads JSON gets nothing else there.
+    if json {
+        drop(std::io::stderr().write_all(text.as_bytes()))
+    } else {
+        report::say(&text)
+    }
     Exit::Wanting
 }
 

@@ -4,6 +4,7 @@ use crate::args::swap::Swap;
 use anyhow::{Error, anyhow};
 use base64::Engine;
 use base64::prelude::BASE64_STANDARD;
+use latchwork_plant::swap::BlockPlan;
 use serde_json::{Map, Value, json};
 use std::io::Read;
 use std::path::Path;
@@ -17,6 +18,8 @@ struct Part {
     file: String,
     bytes: Vec<u8>,
     settings: Map<String, Value>,
+    /// Hash of what runs, as it was shown; what was agreed to is its exchange and no other.
+    expects: Option<String>,
 }
 
 /// All of them.
@@ -60,7 +63,7 @@ impl Order {
             let left = LARGEST - parts.iter().map(|p| p.bytes.len() as u64).sum::<u64>();
             let bytes = read(path, left).map_err(Wrong::File)?;
             let file = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
-            parts.push(Part { block: block.clone(), file, bytes, settings: Map::new() });
+            parts.push(Part { block: block.clone(), file, bytes, settings: Map::new(), expects: None });
         }
         for setting in &args.settings {
             let Some(part) = parts.iter_mut().find(|p| p.block == setting.block) else {
@@ -77,10 +80,22 @@ impl Order {
         self.parts.iter().map(|p| super::plain(&p.block)).collect::<Vec<_>>().join(", ")
     }
 
+    /// Remembers what the plans that were shown begin with.
+    pub(super) fn expect(&mut self, plans: &[BlockPlan]) {
+        for part in &mut self.parts {
+            let plan = plans.iter().find(|plan| plan.block == part.block);
+            part.expects = plan.map(|plan| plan.old.hash.clone()).filter(|hash| !hash.is_empty());
+        }
+    }
+
     pub(super) fn body(&self, args: &Swap, dry_run: bool) -> Value {
         let block = |p: &Part| {
             let component = BASE64_STANDARD.encode(&p.bytes);
-            json!({ "block": p.block, "file": p.file, "component": component, "settings": p.settings })
+            let mut body = json!({ "block": p.block, "file": p.file, "component": component, "settings": p.settings });
+            if let Some(expects) = &p.expects {
+                body["expects"] = json!(expects);
+            }
+            body
         };
         let mut body = json!({
             "blocks": self.parts.iter().map(block).collect::<Vec<_>>(),

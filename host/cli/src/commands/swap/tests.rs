@@ -1,6 +1,6 @@
 //! What a person reads of swaps that are as they are here.
 
-use super::follow::Teller;
+use super::follow::{Noted, Teller};
 use super::{list, text};
 use latchwork_block::upgrade::{Change, Fate, Field, Part, PortChange};
 use latchwork_plant::swap::{BlockPlan, Deviation, FailedRun, ShadowReport, Stage, SwapStatus, Version};
@@ -201,4 +201,28 @@ fn spans_have_the_digits_that_matter() {
     {
         assert_eq!(text::span(ns), shown);
     }
+}
+
+/// What the next test runs on its own: a signal concerns all of a process.
+#[test]
+#[ignore = "presses Ctrl-C"]
+fn presses_ctrl_c() {
+    let press = || signal_hook::low_level::raise(signal_hook::consts::SIGINT).expect("a signal");
+    let noted = Noted::new().expect("a handler");
+    press();
+    assert!(noted.pressed());
+    drop(noted);
+    println!("nobody follows");
+    press();
+}
+
+#[test]
+fn ctrl_c_is_noted_while_a_swap_is_followed_and_ends_the_program_at_the_question() {
+    use std::os::unix::process::ExitStatusExt;
+    let this = std::env::current_exe().expect("this program has a path");
+    let args = ["--exact", "commands::swap::tests::presses_ctrl_c", "--ignored", "--nocapture"];
+    let out = std::process::Command::new(this).args(args).output().expect("it runs");
+    let text = String::from_utf8_lossy(&out.stdout);
+    assert!(text.contains("nobody follows"), "{text}");
+    assert_eq!(out.status.signal(), Some(signal_hook::consts::SIGINT), "{text}");
 }
