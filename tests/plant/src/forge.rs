@@ -26,6 +26,10 @@ pub enum Bad {
     Save,
     /// It traps when it gets a state.
     Restore,
+    /// It traps when it gets a state with a count beyond this one.
+    RestoreBeyond(u32),
+    /// It takes long when it gets a state.
+    RestoreSlowly,
 }
 
 /// A version of the counter.
@@ -174,7 +178,17 @@ impl Counter {
                 } else {
                     ""
                 };
-                let restore = if *bad == Bad::Restore { "unreachable" } else { "" };
+                let restore = match bad {
+                    Bad::Restore => "unreachable".to_owned(),
+                    Bad::RestoreBeyond(most) => {
+                        format!("(if (i64.gt_u {from} (i64.const {most})) (then unreachable))")
+                    }
+                    Bad::RestoreSlowly => "(local $left i64) (local.set $left (i64.const 100000000)) (loop $l \
+                        (local.set $left (i64.sub (local.get $left) (i64.const 1))) \
+                        (br_if $l (i64.ne (local.get $left) (i64.const 0))))"
+                        .to_owned(),
+                    _ => String::new(),
+                };
                 let flat = flat(ty);
                 format!(
                     "(func (export \"{name}#save\") (result {flat}) {save} {to})\n\

@@ -1,6 +1,6 @@
 //! One block in its lane: execution and what follows from it.
 
-use super::{Adapter, Lane};
+use super::{Adapter, Lane, LaneState};
 use latchwork_block::{Fault, Instance, Scan};
 use latchwork_image::Quality;
 use latchwork_record::{Entry, Kind, SourceId};
@@ -135,11 +135,26 @@ impl Lane {
         }
     }
 
-    /// A fault of an execution; where a version before waits, that one executes in its place.
+    /// A fault of an execution; where a version before waits, that one executes in its place, and so do those of the blocks that
+    /// go back with it.
     #[cold]
     fn failed(&mut self, index: usize, now: u64, fault: &Fault) {
+        self.back.clear();
         self.block_fault(index, now, fault);
-        if self.parts.blocks[index].instance.is_some() {
+        // What fails from here on is on no probation any more.
+        let back = std::mem::take(&mut self.back);
+        // Nobody has seen the outputs of this scan: those of an exchange that executed before are made anew, too.
+        for before in back.iter().map(|b| *b as usize).filter(|b| *b < index) {
+            if self.state == LaneState::Running {
+                self.execute(before, now);
+                if !self.is_interrupt() {
+                    self.report(before, now);
+                }
+            }
+        }
+        self.back = back;
+        self.back.clear();
+        if self.state == LaneState::Running && self.parts.blocks[index].instance.is_some() {
             self.execute(index, now);
         }
     }

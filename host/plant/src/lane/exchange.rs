@@ -5,14 +5,14 @@
 //!                                                                        any fault: nothing is switched ───────────────────┘
 //! ```
 //!
-//! Everything it needs comes with it and goes back with it: nothing is made or freed in the lane.
+//! Everything it needs comes with it and goes back with it: nothing is made or freed in the lane, but what a fault has to say.
 
 use super::{Adapter, BlockState, Growth, Lane, Report};
-use latchwork_block::Instance;
 use latchwork_block::upgrade::Transfer;
+use latchwork_block::{Fault, Instance};
 use latchwork_record::Text;
 use std::sync::Arc;
-use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::atomic::{AtomicU8, AtomicU64, Ordering};
 
 /// Where the version that comes gets its state from.
 pub enum Carry {
@@ -81,12 +81,34 @@ pub struct Exchanging {
     pub(super) left: u64,
     /// Time of the executions of this scan, ns.
     pub(super) spent: u64,
+    /// The one that went could not save.
+    pub(super) failed: Option<Fault>,
+    /// Its instance, which is of no more use.
+    pub(super) dead: Option<Instance>,
 }
 
 impl Exchanging {
     /// A block and what comes.
     pub fn new(block: u32, comes: Standing, carry: Carry, state: Box<[u64]>) -> Self {
-        Self { block, other: comes, growth: None, carry, state, state_there: false, baseline: 0, left: 0, spent: 0 }
+        Self {
+            block,
+            other: comes,
+            growth: None,
+            carry,
+            state,
+            state_there: false,
+            baseline: 0,
+            left: 0,
+            spent: 0,
+            failed: None,
+            dead: None,
+        }
+    }
+
+    /// The version that went has faulted: should its turn come again, it gets a new instance.
+    pub(super) fn bury(&mut self, now: u64) {
+        self.dead = self.other.instance.take();
+        (self.other.state, self.other.restart_at) = (BlockState::Faulted, now);
     }
 }
 
@@ -127,6 +149,26 @@ pub enum End {
     Returned,
 }
 
+/// Who has an exchange: whoever ordered it can call it off until the lane does it.
+#[derive(Debug, Default)]
+pub struct Ticket(AtomicU8);
+
+impl Ticket {
+    const OPEN: u8 = 0;
+    const TAKEN: u8 = 1;
+    const CALLED_OFF: u8 = 2;
+
+    /// Calls it off; false when the lane is at it or has done it.
+    pub fn call_off(&self) -> bool {
+        self.0.compare_exchange(Self::OPEN, Self::CALLED_OFF, Ordering::Relaxed, Ordering::Relaxed).is_ok()
+    }
+
+    /// The lane does it now; false when it was called off.
+    fn take(&self) -> bool {
+        self.0.compare_exchange(Self::OPEN, Self::TAKEN, Ordering::Relaxed, Ordering::Relaxed).is_ok()
+    }
+}
+
 /// An exchange on its way.
 pub struct Exchange {
     /// Its number.
@@ -139,6 +181,8 @@ pub struct Exchange {
     pub probation: u64,
     /// Executions that the probation has before it still, for displays.
     pub left: Arc<AtomicU64>,
+    /// It may be called off before it is done.
+    pub ticket: Arc<Ticket>,
     /// What is told of the exchange itself.
     pub told: Option<Box<Exchanged>>,
     /// What became of it.
@@ -151,6 +195,16 @@ impl Exchange {
     /// The new versions run, and the old ones wait.
     pub(super) fn on_probation(&self) -> bool {
         self.told.is_none()
+    }
+
+    /// Time of the executions of this scan beyond what the versions before took, ns.
+    pub(super) fn excess(&self) -> u64 {
+        self.parts.iter().map(|p| p.spent.saturating_sub(p.baseline)).fold(0, u64::saturating_add)
+    }
+
+    /// Longest execution of the version before of a block of the lane, ns; 0: unknown.
+    pub(super) fn baseline(&self, block: usize) -> u64 {
+        self.parts.iter().find(|p| p.block as usize == block).map_or(0, |p| p.baseline)
     }
 }
 
@@ -183,19 +237,42 @@ impl Lane {
     }
 
     fn exchange(&mut self, mut exchange: Box<Exchange>, now: u64, clock: &dyn Fn() -> u64) {
+        if !exchange.ticket.take() {
+            (exchange.end, exchange.ended) = (End::Refused(Text::new("it was called off")), now);
+            return self.send(Report::SwapEnded(exchange));
+        }
         let begun = clock();
-        if let Err(why) = self.hand_over(&mut exchange, now) {
+        let handed = self.hand_over(&mut exchange);
+        if handed.is_ok() {
+            for part in &mut exchange.parts {
+                self.switch(part);
+                (part.left, part.spent) = (exchange.probation, 0);
+                if part.failed.is_some() {
+                    part.bury(now);
+                }
+            }
+            exchange.left.store(exchange.probation, Ordering::Relaxed);
+        }
+        let took = clock().saturating_sub(begun);
+        self.excess = self.excess.saturating_add(took);
+        if let Err(why) = handed {
+            // Nothing is exchanged, so those that could not save are out of order.
+            for part in &exchange.parts {
+                if let Some(fault) = &part.failed {
+                    self.block_fault(part.block as usize, now, fault);
+                }
+            }
             (exchange.end, exchange.ended) = (End::Refused(why), now);
             return self.send(Report::SwapEnded(exchange));
         }
-        for part in &mut exchange.parts {
-            self.switch(part);
-            (part.left, part.spent) = (exchange.probation, 0);
-        }
-        exchange.left.store(exchange.probation, Ordering::Relaxed);
         if let Some(mut told) = exchange.told.take() {
-            (told.at, told.took) = (now, clock().saturating_sub(begun));
+            (told.at, told.took) = (now, took);
             self.send(Report::Exchanged(told));
+        }
+        for part in &exchange.parts {
+            if let Some(fault) = &part.failed {
+                self.tell_unsaved(part.block as usize, now, fault);
+            }
         }
         if exchange.probation == 0 {
             (exchange.end, exchange.ended) = (End::Kept, now);
@@ -208,7 +285,7 @@ impl Lane {
 
     /// State from the running versions to those that come. Nothing is switched yet.
     #[expect(clippy::result_large_err, reason = "a text of fixed size is what a lane can make without allocation")]
-    fn hand_over(&mut self, exchange: &mut Exchange, now: u64) -> Result<(), Text> {
+    fn hand_over(&mut self, exchange: &mut Exchange) -> Result<(), Text> {
         let Some(told) = exchange.told.as_deref_mut() else { return Ok(()) };
         for (part, saved) in exchange.parts.iter_mut().zip(&mut told.saved) {
             let index = part.block as usize;
@@ -218,12 +295,12 @@ impl Lane {
                 match instance.save_into(&mut saved.cells) {
                     Ok(there) => saved.there = there,
                     Err(fault) => {
+                        saved.there = false;
                         let why = Text::format(format_args!("the running version could not save: {}", fault.message));
+                        part.failed = Some(fault);
                         if matches!(part.carry, Carry::Transfer(_)) {
-                            self.block_fault(index, now, &fault);
                             return Err(why);
                         }
-                        saved.there = false;
                     }
                 }
             }
@@ -274,18 +351,12 @@ impl Lane {
 
     /// Sends a report; what finds no room goes with the next scan.
     pub(super) fn send(&mut self, report: Report) {
-        if let Err(rtrb::PushError::Full(report)) = self.parts.reports.push(report) {
-            self.unsent.push(report);
-        }
+        self.unsent.send(&mut self.parts.reports, report);
     }
 
     /// Sends what found no room.
     #[cold]
     pub(super) fn send_again(&mut self) {
-        while self.parts.reports.slots() > 0
-            && let Some(report) = self.unsent.pop()
-        {
-            self.send(report);
-        }
+        self.unsent.send_again(&mut self.parts.reports);
     }
 }

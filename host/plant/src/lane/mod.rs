@@ -27,7 +27,7 @@ mod trace;
 pub use adapter::Adapter;
 pub use block::{Block, BlockState, Rest};
 pub use condition::Condition;
-pub use exchange::{Carry, End, Exchange, Exchanged, Exchanging, Handed, Standing};
+pub use exchange::{Carry, End, Exchange, Exchanged, Exchanging, Handed, Standing, Ticket};
 pub use fault::{BACK_OFF, STRIKES};
 pub use follow::{EdgeKind, Event, Feed, Follower, Sender, Simulated, Wake};
 pub use grow::Growth;
@@ -167,8 +167,14 @@ pub struct Lane {
     trials: Vec<Box<Exchange>>,
     /// Their blocks, in order.
     timed: Vec<u32>,
+    /// Blocks that went back last, in order: those before the one that failed execute once more in that scan.
+    back: Vec<u32>,
+    /// Time of this scan that will not come again, ns: exchanges, and what versions took that are gone since.
+    excess: u64,
+    /// One-shot commands were taken back since the last execution; those that are set now have not been seen.
+    released: bool,
     /// Reports that found no room.
-    unsent: Vec<Report>,
+    unsent: report::Unsent<Report>,
 }
 
 impl Lane {
@@ -186,7 +192,10 @@ impl Lane {
             saving: None,
             trials: Vec::with_capacity(blocks),
             timed: Vec::with_capacity(blocks),
-            unsent: Vec::with_capacity(2 * blocks + REPORTS),
+            back: Vec::with_capacity(blocks),
+            excess: 0,
+            released: false,
+            unsent: report::Unsent::new(2 * blocks + REPORTS),
         }
     }
 
@@ -286,13 +295,20 @@ impl Lane {
             return false;
         }
         self.moment = moment;
-        if self.state == LaneState::Starting {
+        self.excess = 0;
+        let first = self.state == LaneState::Starting;
+        if first {
             self.state = LaneState::Running;
             self.parts.recorder.push(Entry::new(moment.stamp, Kind::Lane, self.parts.source, "started"));
         }
         self.parts.forces.update();
-        self.release_one_shots();
-        self.take_requests(moment.stamp, clock);
+        if !std::mem::take(&mut self.released) {
+            self.release_one_shots();
+        }
+        // An interrupt lane takes its requests while it waits: nothing stands between an edge and the reaction to it.
+        if first || !self.is_interrupt() {
+            self.take_requests(moment.stamp, clock);
+        }
         true
     }
 
@@ -312,8 +328,10 @@ impl Lane {
         let scan_time = end.saturating_sub(start);
         self.statistics.scan(due, start, end);
         self.statistics.report(stamp, &mut self.parts.recorder, self.parts.source);
-        let excused = !self.trials.is_empty() && self.judge(stamp, scan_time);
-        if self.state == LaneState::Running && scan_time > self.parts.watchdog && !excused {
+        // What is over is nothing to stop a lane for.
+        let counts = scan_time.saturating_sub(self.excess);
+        let excused = !self.trials.is_empty() && self.judge(stamp, counts);
+        if self.state == LaneState::Running && counts > self.parts.watchdog && !excused {
             let watchdog = self.parts.watchdog;
             self.fail(
                 stamp,

@@ -23,9 +23,14 @@ impl Lane {
         if self.timed.binary_search(&(index as u32)).is_err() {
             return self.execute(index, now);
         }
+        let trial = self.trial_of(index).map(|at| (self.trials[at].number, self.trials[at].baseline(index)));
         let begun = clock();
         self.execute(index, now);
         let spent = clock().saturating_sub(begun);
+        if let Some((_, baseline)) = trial.filter(|(number, _)| self.trials.iter().all(|e| e.number != *number)) {
+            // It has failed and is gone.
+            self.excess = self.excess.saturating_add(spent.saturating_sub(baseline));
+        }
         let executed = self.parts.blocks[index].instance.is_some();
         let parts = self.trials.iter_mut().flat_map(|e| {
             let probation = e.on_probation();
@@ -47,6 +52,12 @@ impl Lane {
     pub(super) fn judge(&mut self, now: u64, scan_time: u64) -> bool {
         let watchdog = self.parts.watchdog;
         let limit = if self.parts.every > 0 { self.parts.every.min(watchdog) } else { watchdog };
+        // Several at once must not hide behind each other: the one with the largest excess goes first.
+        let excess = |e: &Exchange| if e.on_probation() { e.excess() } else { 0 };
+        let total = self.trials.iter().map(|e| excess(e)).fold(0, u64::saturating_add);
+        let largest = self.trials.iter().max_by_key(|e| excess(e)).filter(|e| e.on_probation());
+        let largest = largest.filter(|_| scan_time > limit && scan_time.saturating_sub(total) <= limit);
+        let largest = largest.map(|e| (e.number, scan_time.saturating_sub(e.excess()) > limit));
         let (mut excused, mut at) = (false, 0);
         while at < self.trials.len() {
             let trial = &mut *self.trials[at];
@@ -55,14 +66,12 @@ impl Lane {
                 at += 1;
                 continue;
             }
-            let excess: u64 = trial.parts.iter().map(|p| p.spent.saturating_sub(p.baseline)).sum();
             let worst = trial.parts.iter().max_by_key(|p| p.spent.saturating_sub(p.baseline));
             let worst = worst.map(|p| (p.block, p.spent, p.baseline));
             let left = trial.parts.iter().map(|p| p.left).max().unwrap_or(0);
             trial.left.store(left, Ordering::Relaxed);
             trial.parts.iter_mut().for_each(|p| p.spent = 0);
-            if scan_time > limit
-                && scan_time - excess.min(scan_time) <= limit
+            if largest.is_some_and(|(number, _)| number == trial.number)
                 && let Some((block, spent, baseline)) = worst
             {
                 let than = if baseline == 0 { Text::default() } else { us(baseline) };
@@ -73,10 +82,10 @@ impl Lane {
                     spent / 1000,
                     than.as_str()
                 ));
-                excused |= scan_time - excess.min(scan_time) <= watchdog;
+                excused |= scan_time.saturating_sub(total) <= watchdog;
                 self.blame(block, now, "overrun", why.as_str());
                 self.roll_back(at, now, End::RolledBack(why));
-            } else if left == 0 {
+            } else if left == 0 && !largest.is_some_and(|(_, others)| others) {
                 self.end_trial(at, now, End::Kept);
             } else {
                 at += 1;
@@ -113,8 +122,16 @@ impl Lane {
     /// All old versions of an exchange are back, each as it stood.
     fn roll_back(&mut self, at: usize, now: u64, end: End) {
         let mut trial = self.trials.swap_remove(at);
+        self.excess = self.excess.saturating_add(trial.excess());
+        self.back.clear();
+        self.back.extend(trial.parts.iter().map(|p| p.block));
+        self.back.sort_unstable();
+        let returned = end == End::Returned;
         for part in &mut trial.parts {
             self.switch(part);
+            if returned && part.failed.is_some() {
+                part.bury(now);
+            }
             let index = part.block as usize;
             let parts = &mut self.parts;
             let block = &mut parts.blocks[index];
@@ -144,14 +161,34 @@ impl Lane {
 
     /// An operator wants the old versions back; nothing happens when the probation is over.
     #[cold]
-    pub(super) fn take_back(&mut self, number: u64, now: u64) {
+    pub(super) fn take_back(&mut self, number: u64, now: u64, clock: &dyn Fn() -> u64) {
         let Some(at) = self.trials.iter().position(|e| e.number == number && e.on_probation()) else { return };
-        for part in &mut self.trials[at].parts {
-            if let Some(instance) = &mut self.parts.blocks[part.block as usize].instance {
-                part.state_there = instance.save_into(&mut part.state).unwrap_or(false);
+        let begun = clock();
+        for n in 0..self.trials[at].parts.len() {
+            let part = &mut self.trials[at].parts[n];
+            let index = part.block as usize;
+            let Some(instance) = &mut self.parts.blocks[index].instance else { continue };
+            match instance.save_into(&mut part.state) {
+                Ok(there) => part.state_there = there,
+                Err(fault) => {
+                    self.tell_unsaved(index, now, &fault);
+                    self.trials[at].parts[n].failed = Some(fault);
+                }
             }
         }
         self.roll_back(at, now, End::Returned);
+        self.excess = self.excess.saturating_add(clock().saturating_sub(begun));
+    }
+
+    /// The version that goes could not save: it is of no more use, and no other one is to blame.
+    #[cold]
+    pub(super) fn tell_unsaved(&mut self, index: usize, now: u64, fault: &Fault) {
+        self.statistics.faults += 1;
+        let rest = &mut self.parts.blocks[index].rest;
+        rest.faults += 1;
+        let entry = Entry::new(now, Kind::Fault, rest.source, fault.kind.name()).priority(PRIORITY);
+        let text = format_args!("the version that goes could not save its state, which is lost: {}", fault.message);
+        self.parts.recorder.push(entry.text(text));
     }
 
     /// New settings reach the old version, too. One that does not take them is no way back any more.
@@ -159,7 +196,8 @@ impl Lane {
     pub(super) fn configure_waiting(&mut self, index: usize, cells: &[u64], now: u64) {
         let Some(at) = self.trial_of(index) else { return };
         let part = self.trials[at].parts.iter_mut().find(|p| p.block as usize == index);
-        let Some(instance) = part.and_then(|p| p.other.instance.as_mut()) else { return };
+        // One that is out of order may wait for its restart.
+        let Some(instance) = part.and_then(|p| p.other.instance.as_mut().or(p.other.ready.as_mut())) else { return };
         // What was transferred went by name: it has as many as its class.
         if instance.class().settings.len() != cells.len() {
             return;

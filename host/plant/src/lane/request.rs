@@ -129,7 +129,7 @@ impl Lane {
             self.exchange_measured(now, clock);
         }
         for _ in 0..PER_SCAN {
-            if self.parts.reports.slots() < REPORTS {
+            if self.parts.reports.slots() < REPORTS || !self.unsent.is_empty() {
                 break;
             }
             match self.parts.requests.pop() {
@@ -145,7 +145,7 @@ impl Lane {
                 }
                 Ok(Request::Save(save)) => self.take_save(save, now),
                 Ok(Request::Exchange(exchange)) => self.take_exchange(exchange, now, clock),
-                Ok(Request::TakeBack { number }) => self.take_back(number, now),
+                Ok(Request::TakeBack { number }) => self.take_back(number, now, clock),
                 Ok(Request::Tap { block, slot, tap }) => self.tap(block as usize, slot, tap, now),
                 Ok(Request::Keyframe { block, slot }) => self.keyframe(block as usize, slot, now),
                 Ok(Request::Untap { block, slot }) => self.untap(block as usize, slot),
@@ -161,6 +161,24 @@ impl Lane {
                 at += 1;
             }
         }
+    }
+
+    /// Takes requests while the lane waits for what happens next, and shows what has become of them.
+    #[cold]
+    pub(super) fn take_idle(&mut self, clock: &dyn Fn() -> u64) {
+        let now = clock();
+        if self.oldest_arrival().is_none() {
+            // A fault makes a record.
+            self.mark(now);
+        }
+        // The last execution has seen the commands that it had; the next one has those of now before it.
+        if !std::mem::replace(&mut self.released, true) {
+            self.release_one_shots();
+        }
+        self.take_requests(now, clock);
+        self.publish_state(now);
+        self.write_points(now);
+        self.mark_oldest();
     }
 
     fn command(&mut self, index: u32, bit: u8, mode: Mode) {

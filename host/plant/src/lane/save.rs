@@ -3,7 +3,7 @@
 //! One block at a time: a request waits in the lane until there is time left before the next scan, but not for ever. Its
 //! cells come with it and go back, so that nothing is allocated or freed here.
 
-use super::{Lane, LaneState, Report, Request};
+use super::{Lane, LaneState, Report};
 
 /// A state is put off for no longer than this, ns of plant time: a lane without any time left is late by one save then.
 pub const PUT_OFF: u64 = 1_000_000_000;
@@ -63,15 +63,16 @@ impl Lane {
     }
 
     /// Between two scans: saves the state of one block if one is wanted and there is time before `until` (plant time, ns).
+    /// An interrupt lane takes its requests first: an exchange, settings and commands wait for no edge.
     /// Returns the lane's state: a block that fails may stop it.
     pub fn spare(&mut self, until: u64, clock: impl Fn() -> u64) -> LaneState {
-        // A lane that waits for an edge may wait for hours; a cyclic one takes its requests with the next scan.
-        if self.saving.is_none()
-            && self.is_interrupt()
-            && matches!(self.parts.requests.peek(), Ok(Request::Save(_)))
-            && let Ok(Request::Save(save)) = self.parts.requests.pop()
+        // A lane that waits for an edge may wait for hours, and has better to do when it comes; a cyclic one takes its
+        // requests with the next scan.
+        if self.is_interrupt()
+            && self.state == LaneState::Running
+            && (!self.parts.requests.is_empty() || !self.unsent.is_empty())
         {
-            self.take_save(save, clock());
+            self.take_idle(&clock);
         }
         if self.saving.is_some() && self.state == LaneState::Running {
             self.save_waiting(until, clock);

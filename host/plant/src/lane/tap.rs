@@ -129,8 +129,9 @@ impl Tap {
 }
 
 impl Taps {
+    /// Those that listen: one that has ended may be of another version, with frames that are too short for this one.
     fn each(&mut self) -> impl Iterator<Item = &mut Tap> {
-        self.0.iter_mut().flatten().map(|tap| &mut **tap)
+        self.0.iter_mut().flatten().map(|tap| &mut **tap).filter(|tap| !tap.ended)
     }
 
     fn any(&self) -> bool {
@@ -232,7 +233,7 @@ impl Lane {
     pub(super) fn keyframe(&mut self, index: usize, slot: TapSlot, now: u64) {
         let Some(block) = self.parts.blocks.get_mut(index) else { return };
         let Block { instance, last, first, ran, rest, .. } = block;
-        let Some(tap) = &mut rest.taps.0[slot as usize] else { return };
+        let Some(tap) = rest.taps.0[slot as usize].as_mut().filter(|tap| !tap.ended) else { return };
         tap.frame[1] = *last;
         let Some(instance) = instance else { return tap.send(STATE, ABSENT, 2) };
         if *first && !*ran {
@@ -344,5 +345,19 @@ impl TapReader {
 impl std::fmt::Debug for Tap {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         f.debug_struct("Tap").field("missed", &self.missed).field("ended", &self.ended).finish_non_exhaustive()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_tap_that_has_ended_is_not_written_to_by_a_longer_version() {
+        let (mut ended, _) = tap(&Class::default(), 2, None);
+        ended.end();
+        let mut taps = Taps([Some(ended), None]);
+        taps.settings(&[0; 100], Some(true));
+        assert!(!taps.any());
     }
 }

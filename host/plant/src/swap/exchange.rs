@@ -17,9 +17,11 @@ impl Plant {
         let every = self.model.lanes[swap.lane].every;
         // Lanes with edges execute when they execute; at virtual time an execution takes none.
         let known = ready.iter().all(|r| r.baseline > 0);
-        let timed = swap.probation > 0 && !known && every > 0 && self.time == Time::Real;
+        let edges = self.model.lanes[swap.lane].interrupt.is_some();
+        let timed = swap.probation > 0 && !known && every > 0 && !edges && self.time == Time::Real;
         let measure = if timed { (MEASURE_TIME / every).clamp(1, MEASURE) } else { 0 };
         self.has_room(&ready)?;
+        self.still_fits(&ready)?;
         if self.supervisor.lanes[swap.lane].requests.slots() == 0 {
             return Err("its lane has not taken earlier requests; does it run?".into());
         }
@@ -42,6 +44,7 @@ impl Plant {
             measure,
             probation: swap.probation,
             left: std::sync::Arc::clone(&swap.left),
+            ticket: std::sync::Arc::clone(&swap.ticket),
             told: Some(Box::new(told)),
             end: End::Open,
             ended: 0,
@@ -51,6 +54,14 @@ impl Plant {
         swap.status.stage = Stage::Exchanging;
         swap.phase = Phase::Exchanging(coming);
         Ok(())
+    }
+
+    /// What operators have under way may be other things than when the order was given.
+    fn still_fits(&self, ready: &[Ready]) -> Result<(), String> {
+        let uses = self.uses();
+        let broken = |r: &Ready| super::broken::broken(&self.model, &uses, r.block, r.recipe.template.class()).0;
+        let broken: Vec<_> = ready.iter().flat_map(broken).collect();
+        if broken.is_empty() { Ok(()) } else { Err(broken.join("; ")) }
     }
 
     /// Other versions execute now.

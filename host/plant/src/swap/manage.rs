@@ -108,7 +108,8 @@ impl Plant {
 
     pub(super) fn job(&self, parts: Vec<JobPart>, allow_lossy: bool) -> Job {
         let (engine, model) = (self.engine.clone(), Arc::clone(&self.model));
-        Job { engine, model, uses: self.uses(), allow_lossy, shadow: false, parts }
+        let timed = self.time == Time::Real;
+        Job { engine, model, timed, uses: self.uses(), allow_lossy, shadow: false, parts }
     }
 
     /// The component that a block runs.
@@ -143,6 +144,7 @@ impl Plant {
             keep: Vec::new(),
             back: false,
             left: Arc::default(),
+            ticket: Arc::default(),
             phase: Phase::Over,
         }
     }
@@ -236,6 +238,8 @@ impl Plant {
         };
         match self.swaps.under_way[at].phase {
             Phase::Preparing(_) | Phase::Waiting(_) | Phase::Ready(_) | Phase::Shadow(..) => {}
+            // The lane sends back what it does not do.
+            Phase::Exchanging(_) if self.swaps.under_way[at].ticket.call_off() => {}
             Phase::Probation => {
                 let message = format!("swap {number} is {}; take it back with `rollback`", told(Stage::Probation));
                 return Err(Refused::new("state", message));
@@ -244,7 +248,7 @@ impl Plant {
                 return Err(Refused::new("state", format!("swap {number} is over, and is being saved")));
             }
             Phase::Exchanging(_) | Phase::TakingBack(_) | Phase::Over => {
-                return Err(Refused::new("state", format!("swap {number} is on its way to the lane already")));
+                return Err(Refused::new("state", format!("swap {number} is being done in the lane")));
             }
         }
         let mut swap = self.swaps.under_way.remove(at);

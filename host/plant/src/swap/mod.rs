@@ -84,6 +84,8 @@ struct Swap {
     back: bool,
     /// Executions that the probation has before it still.
     left: Arc<AtomicU64>,
+    /// To call it off before the lane has done it.
+    ticket: Arc<crate::lane::Ticket>,
     phase: Phase,
 }
 

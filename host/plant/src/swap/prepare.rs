@@ -14,6 +14,10 @@ use latchwork_image::nearest;
 use std::collections::BTreeMap;
 use std::path::Path;
 use std::sync::Arc;
+use std::time::Instant;
+
+/// Times that a restore is tried.
+const REHEARSALS: usize = 3;
 
 /// What is to be prepared.
 pub(super) struct Job {
@@ -23,6 +27,8 @@ pub(super) struct Job {
     pub(super) allow_lossy: bool,
     /// Each block also gets a candidate for the shadow.
     pub(super) shadow: bool,
+    /// What is tried is timed: not at virtual time, where a run is the same on every machine.
+    pub(super) timed: bool,
     pub(super) parts: Vec<JobPart>,
 }
 
@@ -86,8 +92,8 @@ impl Job {
     pub(super) fn run(self) -> Prepared {
         let (mut plans, mut ready, mut why) = (Vec::new(), Vec::new(), Vec::new());
         let several = self.parts.len() > 1;
-        let Self { engine, model, uses, allow_lossy, shadow, parts } = self;
-        let context = Context { engine: &engine, model: &model, uses: &uses, allow_lossy, shadow };
+        let Self { engine, model, uses, allow_lossy, shadow, timed, parts } = self;
+        let context = Context { engine: &engine, model: &model, uses: &uses, allow_lossy, shadow, timed };
         for part in parts {
             let name = model.blocks[part.block].name.clone();
             let mut plan = None;
@@ -127,6 +133,7 @@ struct Context<'a> {
     uses: &'a Uses,
     allow_lossy: bool,
     shadow: bool,
+    timed: bool,
 }
 
 impl Context<'_> {
@@ -186,6 +193,9 @@ impl Context<'_> {
             let which = if class.retained.is_empty() { "the new version" } else { "what runs" };
             plan.notes.push(format!("{which} retains nothing: the block starts cold"));
         }
+        if warm {
+            self.rehearse(part.block, &recipe, &state)?;
+        }
         let carry = if warm { Carry::Transfer(Box::new(retained)) } else { Carry::Cold };
         let mut candidate = None;
         if self.shadow {
@@ -205,6 +215,25 @@ impl Context<'_> {
             given,
             based: part.recipe.settings.clone(),
         })
+    }
+
+    /// Has a spare instance restore a state, so that the lane is not the first to see that it fails or takes too long.
+    fn rehearse(&self, block: usize, recipe: &Recipe, state: &[u64]) -> Result<(), String> {
+        let mut instance = recipe.make().map_err(told)?;
+        let mut took = u64::MAX;
+        // The first touches memory that is new, and any may be interrupted: the quickest counts.
+        for _ in 0..REHEARSALS {
+            let begun = Instant::now();
+            instance.restore(state).map_err(|f| format!("the new version could not restore: {}", f.message))?;
+            took = took.min(begun.elapsed().as_nanos().try_into().unwrap_or(u64::MAX));
+        }
+        let lane = &self.model.lanes[self.model.blocks[block].lane];
+        let most = if lane.every > 0 { lane.every.min(lane.watchdog) } else { lane.watchdog };
+        if self.timed && took > most {
+            let (took, most) = (took / 1000, most / 1000);
+            return Err(format!("the new version takes {took} us to restore; its lane has {most} us for a whole scan"));
+        }
+        Ok(())
     }
 
     /// A version that executed before.

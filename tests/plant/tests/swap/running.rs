@@ -237,3 +237,13 @@ fn a_candidate_that_fails_in_its_probation_is_rolled_back() {
     assert_eq!(plant.row(0)["component"], "v1");
     plant.end();
 }
+
+#[test]
+fn a_version_that_takes_too_long_to_restore_is_refused_beside_the_lane() {
+    let plant = Running::new();
+    let number = plant.swap(order(&Counter::new(2).bad(Bad::RestoreSlowly), 10));
+    let status = plant.until(number, Stage::Refused);
+    assert!(status.message.contains("us to restore; its lane has 5000 us for a whole scan"), "{status:#?}");
+    assert_eq!(plant.row(0)["component"], "v1");
+    plant.end();
+}

@@ -64,3 +64,14 @@ fn settings_that_a_failing_version_was_given_alone_are_gone_with_it() {
     assert_eq!((ran.at("count.outputs.count", 1180 * MS), ran.at("count.outputs.count", 1190 * MS)), ("233", "101"));
     assert_eq!(ran.at("count.settings.step", 2 * S), "1");
 }
+
+#[test]
+fn they_reach_a_version_before_that_waits_for_its_restart() {
+    // It faults at 40 ms, would restart at 140 ms, and is swapped before that; its new instance is there by then.
+    let rig = plant_with(&Counter::new(1).bad(Bad::Trap(5)), "")
+        .with("v2", &Counter::new(2).bad(Bad::Trap(10)).component())
+        .stimulus("80ms,swap.count,v2.wasm\n100ms,count.settings.step,3\n");
+    let ran = rig.run_for(190 * MS);
+    assert_eq!(told(&ran).last().map(String::as_str), Some("180 count restarted"), "{:#?}", told(&ran));
+    assert_eq!(ran.at("count.outputs.count", 180 * MS), "3");
+}

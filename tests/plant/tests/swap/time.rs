@@ -7,6 +7,7 @@ use latchwork_plant::model::TagRef;
 use latchwork_plant::operate::Operation;
 use latchwork_plant::run::resolve_stimulus;
 use latchwork_record::Turn;
+use latchwork_tests_plant::forge::Bad;
 use std::cell::Cell;
 use std::time::{Duration, Instant};
 
@@ -18,32 +19,54 @@ struct Bench {
 }
 
 impl Bench {
-    /// A counter in a lane of 10 ms with a watchdog of 50 ms, and an order for its next version.
+    /// A counter in a lane of 10 ms with a watchdog of 50 ms, which has just got its next version.
     fn new() -> Self {
-        let rig = Rig::new(
+        Self::swapped(&Counter::new(2), "")
+    }
+
+    /// The same with this version, and further blocks.
+    fn swapped(version: &Counter, more: &str) -> Self {
+        let mut bench = Self::with(version, more);
+        bench.order("0s,swap.count,v2.wasm\n");
+        bench.until(|b| b.version(0) == 2, |b| b.scan(1_000, 2_000));
+        bench
+    }
+
+    /// Before any order.
+    fn with(version: &Counter, more: &str) -> Self {
+        let rig = Rig::new(&format!(
             "[lane.main]\nevery = \"10ms\"\nwatchdog = \"50ms\"\n[block.count]\ncomponent = \"v1.wasm\"\n\
-             lane = \"main\"\nbudget = \"5s\"\n",
-        );
-        let rig = rig.with("v1", &Counter::new(1).component()).with("v2", &Counter::new(2).component());
-        let rig = rig.trace(None);
-        let mut plant = rig.plant(Time::Real);
-        let rows = latchwork_io::stimulus::read(&b"time,tag,value\n0s,swap.count,v2.wasm\n"[..]).expect("a row");
-        let rows = resolve_stimulus(&plant, &rows).expect("a row that fits");
+             lane = \"main\"\nbudget = \"5s\"\n{more}"
+        ));
+        let rig = rig.with("v1", &Counter::new(1).component()).with("v2", &version.component());
+        let plant = rig.trace(None).plant(Time::Real);
+        Self { plant, now: 0, records: Vec::new() }
+    }
+
+    fn order(&mut self, row: &str) {
+        let rows = latchwork_io::stimulus::read(format!("time,tag,value\n{row}").as_bytes()).expect("a row");
+        let rows = resolve_stimulus(&self.plant, &rows).expect("a row that fits");
         assert!(matches!(&rows[0].action, latchwork_plant::sim::Action::Operate(Operation::Swap(_))));
-        plant.stimulate(&rows[0].action, 0);
-        let mut bench = Self { plant, now: 0, records: Vec::new() };
-        // It is prepared on a thread of its own.
+        self.plant.stimulate(&rows[0].action, self.now);
+    }
+
+    /// Goes on until something is so: a swap is prepared on a thread of its own.
+    fn until(&mut self, so: impl Fn(&Self) -> bool, mut step: impl FnMut(&mut Self) -> LaneState) {
         let end = Instant::now() + Duration::from_secs(120);
-        while bench.version() != 2 {
-            assert!(Instant::now() < end, "never exchanged: {:#?}", bench.records);
-            bench.scan(1_000, 2_000);
+        while !so(self) {
+            assert!(Instant::now() < end, "never: {:#?}", self.records);
+            assert_ne!(step(self), LaneState::Faulted, "{:#?}", self.records);
             std::thread::sleep(Duration::from_millis(1));
         }
-        bench
     }
 
     /// A scan in which the block takes so long, ns, where it is timed; the whole takes as long as told.
     fn scan(&mut self, block: u64, whole: u64) -> LaneState {
+        self.scan_of(block, Some(whole))
+    }
+
+    /// The same; without a length of the whole it takes as long as its parts.
+    fn scan_of(&mut self, block: u64, whole: Option<u64>) -> LaneState {
         let (begun, calls) = (self.now, Cell::new(0u64));
         // The last look at the clock is the scan's end. Those before come in pairs.
         let clock = || {
@@ -51,8 +74,15 @@ impl Bench {
             begun + call.div_ceil(2) * block
         };
         let running = self.plant.lanes[0].begin_scan(begun, begun, &clock);
+        let whole = whole.unwrap_or_else(|| calls.get().div_ceil(2) * block);
         let state = if running { self.plant.lanes[0].end_scan(begun + whole) } else { self.plant.lanes[0].state() };
         self.now += (10 * MS).max(whole);
+        self.serve();
+        state
+    }
+
+    /// What the plant does beside its lanes.
+    fn serve(&mut self) {
         self.plant.serve(self.now);
         self.plant.supervisor.pump();
         self.plant.router.collect();
@@ -64,12 +94,12 @@ impl Bench {
             };
             self.records.push(format!("{} {} {}", draft.source, draft.transition, draft.text));
         }
-        state
     }
 
-    fn version(&self) -> u64 {
-        let port = self.plant.model.blocks[0].class.outputs.iter().position(|p| p.path == "version").expect("a port");
-        let mut view = self.plant.view(&[self.plant.layout.ids[&TagRef::Output { block: 0, port }]]);
+    fn version(&self, block: usize) -> u64 {
+        let port =
+            self.plant.model.blocks[block].class.outputs.iter().position(|p| p.path == "version").expect("a port");
+        let mut view = self.plant.view(&[self.plant.layout.ids[&TagRef::Output { block, port }]]);
         view.refresh();
         view.cell(0)
     }
@@ -90,7 +120,7 @@ fn a_version_that_makes_the_scan_too_long_is_rolled_back() {
     let told = bench.told("rolled-back");
     assert!(told.contains("the scan took 13000 us, 10000 us are allowed; the new version took 12000 us of them, the one before at most 1 us"), "{told}");
     bench.scan(1_000, 2_000);
-    assert_eq!(bench.version(), 1);
+    assert_eq!(bench.version(0), 1);
 }
 
 #[test]
@@ -99,7 +129,7 @@ fn a_scan_that_is_too_long_for_another_reason_is_not_its_fault() {
     // Without its 3 ms the scan would still be too long.
     bench.scan(3 * MS, 15 * MS);
     bench.scan(1_000, 2_000);
-    assert_eq!(bench.version(), 2);
+    assert_eq!(bench.version(0), 2);
     assert!(!bench.records.iter().any(|r| r.contains("rolled-back")), "{:#?}", bench.records);
 }
 
@@ -109,7 +139,7 @@ fn a_version_that_would_wake_the_watchdog_is_rolled_back_and_the_lane_goes_on() 
     assert_eq!(bench.scan(60 * MS, 61 * MS), LaneState::Running);
     bench.told("rolled-back");
     bench.scan(1_000, 2_000);
-    assert_eq!(bench.version(), 1);
+    assert_eq!(bench.version(0), 1);
 }
 
 #[test]
@@ -123,4 +153,82 @@ fn the_time_of_the_exchange_is_told() {
     let bench = Bench::new();
     // The clock moved by 1 us between its beginning and its end.
     assert!(bench.told("exchanged").contains("exchanged in 1 us"), "{:#?}", bench.records);
+}
+
+#[test]
+fn a_version_that_fails_after_a_long_time_does_not_stop_the_lane_after_it_is_gone() {
+    let mut bench = Bench::swapped(&Counter::new(2).bad(Bad::Trap(2)), "");
+    assert_eq!(bench.scan(60 * MS, 61 * MS), LaneState::Running, "{:#?}", bench.records);
+    bench.told("rolled-back");
+    assert_eq!(bench.version(0), 1);
+    // What is still too long is for the watchdog.
+    assert_eq!(bench.scan(60 * MS, 61 * MS), LaneState::Faulted);
+}
+
+#[test]
+fn the_time_of_the_exchange_stops_no_lane_and_is_no_versions_fault() {
+    let mut bench = Bench::with(&Counter::new(2), "");
+    bench.order("0s,swap.count,v2.wasm\n");
+    // An execution takes 40 ms, and so does the exchange: 80 ms in one scan, where the watchdog allows 50 ms.
+    bench.until(|b| b.version(0) == 2, |b| b.scan_of(40 * MS, None));
+    assert!(bench.told("exchanged").contains("exchanged in 40000 us"), "{:#?}", bench.records);
+    assert!(!bench.records.iter().any(|r| r.contains("rolled-back")), "{:#?}", bench.records);
+}
+
+#[test]
+fn two_new_versions_do_not_hide_behind_each_other() {
+    let second = "[block.second]\ncomponent = \"v1.wasm\"\nlane = \"main\"\nbudget = \"5s\"\n";
+    let mut bench = Bench::swapped(&Counter::new(2), second);
+    bench.order("0s,swap.second,v2.wasm\n");
+    bench.until(|b| b.version(1) == 2, |b| b.scan(1_000, 3_000));
+    // With one of them it would still be 12 ms.
+    bench.scan(9 * MS, 20 * MS + MS);
+    bench.scan(1_000, 3_000);
+    let mut versions = [bench.version(0), bench.version(1)];
+    versions.sort_unstable();
+    assert_eq!(versions, [1, 2], "{:#?}", bench.records);
+    bench.scan(9 * MS, 12 * MS);
+    bench.scan(1_000, 3_000);
+    assert_eq!([bench.version(0), bench.version(1)], [1, 1], "{:#?}", bench.records);
+}
+
+#[test]
+fn an_exchange_that_the_lane_has_not_done_can_be_called_off() {
+    let mut bench = Bench::with(&Counter::new(2), "");
+    bench.scan(1_000, 2_000);
+    let room = bench.plant.supervisor.lanes[0].requests.slots();
+    bench.order("0s,swap.count,v2.wasm\n");
+    // It waits at the lane, which does not scan meanwhile.
+    let waits = |b: &Bench| b.plant.supervisor.lanes[0].requests.slots() < room;
+    bench.until(waits, |b| {
+        b.serve();
+        LaneState::Running
+    });
+    let cancel = latchwork_plant::sim::Action::Operate(Operation::CancelSwap { number: 1 });
+    bench.plant.stimulate(&cancel, bench.now);
+    for _ in 0..20 {
+        bench.scan(1_000, 2_000);
+    }
+    bench.told("cancelled");
+    assert_eq!(bench.version(0), 1);
+    assert!(!bench.records.iter().any(|r| r.contains("exchanged")), "{:#?}", bench.records);
+    // The block is free for the next order.
+    bench.order("0s,swap.count,v2.wasm\n");
+    bench.until(|b| b.version(0) == 2, |b| b.scan(1_000, 2_000));
+}
+
+#[test]
+fn what_an_operator_does_meanwhile_is_looked_at_before_the_exchange() {
+    let first = Counter { double: true, ..Counter::new(1) };
+    let rig = Rig::new("[lane.main]\nevery = \"10ms\"\n[block.count]\ncomponent = \"v1.wasm\"\nlane = \"main\"\n");
+    let rig = rig.with("v1", &first.component()).with("v2", &Counter::new(2).component()).trace(None);
+    let mut bench = Bench { plant: rig.plant(Time::Real), now: 0, records: Vec::new() };
+    bench.scan(1_000, 2_000);
+    bench.order("0s,swap.count,v2.wasm\n");
+    // After the order, before it is prepared or sent: nothing of the lane has been served since.
+    let force = Operation::Force { tag: "count.outputs.double".into(), value: "7".into() };
+    bench.plant.stimulate(&latchwork_plant::sim::Action::Operate(force), bench.now);
+    bench.until(|b| b.records.iter().any(|r| r.starts_with("count refused")), |b| b.scan(1_000, 2_000));
+    assert!(bench.told("refused").contains("an operator forces `count.outputs.double`"), "{:#?}", bench.records);
+    assert_eq!(bench.version(0), 1);
 }

@@ -102,7 +102,12 @@ impl Lane {
 
     /// Tells the other threads how old the oldest edge that waits is.
     pub fn mark_oldest(&self) {
-        self.mark(self.arrivals().and_then(Arrivals::oldest).unwrap_or(u64::MAX));
+        self.mark(self.oldest_arrival().unwrap_or(u64::MAX));
+    }
+
+    /// Time of the oldest of what waits, ns.
+    pub(super) fn oldest_arrival(&self) -> Option<u64> {
+        self.arrivals().and_then(Arrivals::oldest)
     }
 
     /// True while a line is in a storm: lines that nobody waits for.
