@@ -8,7 +8,7 @@ use anyhow::{Context, Result, bail};
 use latchwork_block::{Engine, Ticker};
 use latchwork_image::format_duration;
 use latchwork_record::rfc3339;
-use latchwork_testbed::replay::{Options, Recording, Replayed, Tolerances, export, replay};
+use latchwork_testbed::replay::{Options, Recording, Replayed, Tolerances, export, hash_of, replay};
 use std::fmt::Write;
 use std::path::Path;
 use std::time::Duration;
@@ -183,6 +183,13 @@ fn write(
     let component = file.with_file_name(format!("{}.wasm", exported.component));
     if let (false, Some(bytes)) = (component.exists(), recording.component(&exported.hash)) {
         std::fs::write(&component, bytes).with_context(|| written(&component))?;
+    }
+    if std::fs::read(&component).is_ok_and(|there| hash_of(&there) != exported.hash) {
+        report::say(&format!(
+            "note: {} is another component than the recorded one, and stays; the test is about that of SHA-256 {}\n",
+            component.display(),
+            exported.hash
+        ));
     }
     let (steps, executions) = (exported.steps, exported.executions);
     report::say(&format!(
