@@ -23,6 +23,8 @@ pub struct Found {
     pub damage: Vec<(usize, Damage)>,
     /// Where damaged files went, if none was sound.
     pub set_aside: Vec<PathBuf>,
+    /// Those that could not be put aside, each with the reason: they are written over.
+    pub not_aside: Vec<String>,
 }
 
 impl Found {
@@ -99,18 +101,23 @@ impl Slots {
         Ok((slots, found))
     }
 
-    /// Puts damaged files aside and begins with empty ones; their new names.
-    pub(crate) fn set_aside(&mut self, damage: &[(usize, Damage)]) -> io::Result<Vec<PathBuf>> {
-        let mut aside = Vec::new();
-        for (slot, _) in damage {
-            let to = self.folder.join(format!("{}.damaged", FILES[*slot]));
-            // A copy, as the file itself is locked and will be written.
-            let mut bytes = Vec::new();
-            Read::take(&File::open(self.folder.join(FILES[*slot]))?, LONGEST as u64).read_to_end(&mut bytes)?;
-            std::fs::write(&to, bytes)?;
-            aside.push(to);
+    /// Puts damaged files aside as far as that can be done, for whoever wants to know what was in them: a plant starts without.
+    pub(crate) fn set_aside(&self, found: &mut Found) {
+        for (slot, _) in &found.damage {
+            match self.copy_aside(*slot) {
+                Ok(to) => found.set_aside.push(to),
+                Err(error) => found.not_aside.push(format!("{}: {error}", FILES[*slot])),
+            }
         }
-        Ok(aside)
+    }
+
+    fn copy_aside(&self, slot: usize) -> io::Result<PathBuf> {
+        let to = self.folder.join(format!("{}.damaged", FILES[slot]));
+        // A copy, as the file itself is locked and will be written.
+        let mut bytes = Vec::new();
+        Read::take(&File::open(self.folder.join(FILES[slot]))?, LONGEST as u64).read_to_end(&mut bytes)?;
+        std::fs::write(&to, bytes)?;
+        Ok(to)
     }
 
     /// Writes the older file and returns its bytes once they are durable. After an error the same file is written again:

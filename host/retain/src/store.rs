@@ -80,7 +80,7 @@ impl Store {
         let failed = |error| OpenError { folder: folder.into(), error };
         let (mut slots, mut found) = Slots::open(folder).map_err(failed)?;
         if found.lost() {
-            found.set_aside = slots.set_aside(&found.damage).map_err(failed)?;
+            slots.set_aside(&mut found);
         }
         let shared = Arc::new(Shared::default());
         let at = Arc::clone(&shared);

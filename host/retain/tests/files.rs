@@ -117,6 +117,24 @@ fn when_both_are_damaged_they_are_put_aside_and_a_new_state_begins() {
 }
 
 #[test]
+fn a_damaged_file_that_cannot_be_put_aside_is_no_reason_not_to_start() {
+    let folder = folder();
+    write(folder.path(), &[states(3, 1), states(3, 2)]);
+    for name in FILES {
+        std::fs::write(folder.path().join(name), "latchwork-retained 7 1 2 3\n").expect("damage");
+    }
+    // A folder stands where the copy of the first one would go.
+    std::fs::create_dir(folder.path().join(format!("{}.damaged", FILES[0]))).expect("made");
+    let (store, opening) = Store::open(folder.path()).expect("a store");
+    assert_eq!(opening.set_aside, [folder.path().join(format!("{}.damaged", FILES[1]))]);
+    assert_eq!(opening.not_aside.len(), 1);
+    assert!(opening.not_aside[0].starts_with(FILES[0]), "{:?}", opening.not_aside);
+    store.vault().keep(Some(states(3, 3)), false);
+    store.close(LIMIT).expect("durable");
+    assert_eq!(read(folder.path()).retained, states(3, 3));
+}
+
+#[test]
 fn a_disk_that_takes_nothing_is_told_once_and_the_last_state_stays() {
     let folder = folder();
     write(folder.path(), &[states(3, 1), states(3, 2)]);

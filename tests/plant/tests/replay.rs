@@ -85,6 +85,7 @@ fn record(component: &Component, class: &Class, seed: u64, n: u64) -> Vec<u8> {
         every: 10_000_000,
         component: component.name().into(),
         hash: component.hash().into(),
+        version: 0,
         class: class.name.clone(),
         memory: 4 << 20,
         number: 0,

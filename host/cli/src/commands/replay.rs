@@ -7,7 +7,8 @@ use crate::report;
 use anyhow::{Context, Result, bail};
 use latchwork_block::{Engine, Ticker};
 use latchwork_image::format_duration;
-use latchwork_testbed::replay::{Options, Recording, Replayed, Tolerances, export, replay};
+use latchwork_record::rfc3339;
+use latchwork_testbed::replay::{Options, Recording, Replayed, Tolerances, export, hash_of, replay};
 use std::fmt::Write;
 use std::path::Path;
 use std::time::Duration;
@@ -25,7 +26,7 @@ pub(super) fn execute(engine: &Engine, args: &Replay) -> Result<Exit> {
             bail!("the recording has no run {run}; it has {}", runs.join(", "));
         }
         Some(run) => run,
-        None => runs.last().copied().unwrap_or(0),
+        None => run_at(&recording, &runs, [args.from, args.to])?,
     };
     let with = match &args.with {
         Some(path) => Some(engine.load_file(path).with_context(|| format!("{}", path.display()))?),
@@ -33,13 +34,14 @@ pub(super) fn execute(engine: &Engine, args: &Replay) -> Result<Exit> {
     };
     let epoch = recording.blocks(run).find_map(|(_, s)| s.first().map(|s| s.head.epoch)).unwrap_or(0);
     let plant_time = |time: Option<Time>, otherwise| match time {
-        None => otherwise,
-        Some(Time::Plant(ns)) => ns,
-        Some(Time::World(ns)) => ns.saturating_sub(epoch),
+        None => Ok(otherwise),
+        Some(Time::Plant(ns)) => Ok(ns),
+        Some(Time::World(_)) if epoch == 0 => bail!("{}", without_dates(run)),
+        Some(Time::World(ns)) => Ok(ns.saturating_sub(epoch)),
     };
     let options = Options {
-        from: plant_time(args.from, 0),
-        to: plant_time(args.to, u64::MAX),
+        from: plant_time(args.from, 0)?,
+        to: plant_time(args.to, u64::MAX)?,
         with,
         tolerances: Tolerances::new(args.tolerance.iter().map(|(tag, within)| (tag.as_str(), *within)))?,
         lossy: args.allow_lossy,
@@ -59,6 +61,40 @@ pub(super) fn execute(engine: &Engine, args: &Replay) -> Result<Exit> {
         reports.iter().for_each(|r| report::say(&text(r)));
     }
     Ok(if reports.iter().all(Replayed::equal) { Exit::Fine } else { Exit::Wanting })
+}
+
+/// The run that is meant: the last one, with dates the last one that has recorded anything between them.
+fn run_at(recording: &Recording, runs: &[u64], [from, to]: [Option<Time>; 2]) -> Result<u64> {
+    let last = runs.last().copied().unwrap_or(0);
+    let date = |time| if let Some(Time::World(ns)) = time { Some(ns) } else { None };
+    if date(from).or(date(to)).is_none() {
+        return Ok(last);
+    }
+    // What is given as plant time is so in whichever run it is.
+    let (from, to) = (date(from).unwrap_or(0), date(to).unwrap_or(u64::MAX));
+    let spans: Vec<_> = runs.iter().filter_map(|run| Some((*run, span(recording, *run)?))).collect();
+    if let Some((run, _)) = spans.iter().rev().find(|(_, [begin, end])| *begin <= to && from <= *end) {
+        return Ok(*run);
+    }
+    let named =
+        |(run, [begin, end]): &(u64, [u64; 2])| format!("run {run} from {} to {}", rfc3339(*begin), rfc3339(*end));
+    match spans.iter().map(named).collect::<Vec<_>>() {
+        none if none.is_empty() => bail!("{}", without_dates(last)),
+        known => bail!("nothing was recorded then; the recording has {}", known.join(", ")),
+    }
+}
+
+/// What a run at virtual time has to say to dates.
+fn without_dates(run: u64) -> String {
+    format!("run {run} was at virtual time, which has no dates: say plant time, as in 1m 30s")
+}
+
+/// When the first and the last recorded execution of a run were, ns since 1970; none of a run at virtual time.
+fn span(recording: &Recording, run: u64) -> Option<[u64; 2]> {
+    let heads =
+        || recording.blocks(run).flat_map(|(_, s)| s).map(|s| &s.head).filter(|h| h.executions > 0 && h.epoch > 0);
+    let begin = heads().map(|h| h.epoch.saturating_add(h.from)).min()?;
+    Some([begin, heads().map(|h| h.epoch.saturating_add(h.to)).max()?])
 }
 
 /// `latchwork record`: the ring of a running plant as a file.
@@ -148,6 +184,13 @@ fn write(
     if let (false, Some(bytes)) = (component.exists(), recording.component(&exported.hash)) {
         std::fs::write(&component, bytes).with_context(|| written(&component))?;
     }
+    if std::fs::read(&component).is_ok_and(|there| hash_of(&there) != exported.hash) {
+        report::say(&format!(
+            "note: {} is another component than the recorded one, and stays; the test is about that of SHA-256 {}\n",
+            component.display(),
+            exported.hash
+        ));
+    }
     let (steps, executions) = (exported.steps, exported.executions);
     report::say(&format!(
         "{}: {steps} steps for {executions} executions; tests {}\n",
@@ -156,4 +199,71 @@ fn write(
     ));
     exported.notes.iter().for_each(|note| report::say(&format!("note: {note}\n")));
     Ok(Exit::Fine)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use latchwork_testbed::replay::{Event, Head, Start, Writer, header, segment_chunk};
+
+    const YEAR: u64 = 31_536_000_000_000_000;
+    const HOUR: u64 = 3_600_000_000_000;
+
+    /// Runs of an hour, each begun at one of these times.
+    fn recording(epochs: &[u64]) -> Recording {
+        let mut bytes = header();
+        for (n, epoch) in epochs.iter().enumerate() {
+            let mut writer = Writer::new(Head {
+                run: n as u64 + 1,
+                epoch: *epoch,
+                block: "b".into(),
+                lane: "main".into(),
+                every: HOUR,
+                component: "c".into(),
+                hash: String::new(),
+                version: 0,
+                class: "c".into(),
+                memory: 0,
+                number: 0,
+                start: Start::Cold,
+                settings: Vec::new(),
+                cells: [0, 0],
+                from: 0,
+                to: 0,
+                executions: 0,
+                missed: 0,
+            });
+            for now in [0, HOUR] {
+                let scan = latchwork_block::Scan { now, elapsed: 0, first: now == 0 };
+                writer.add(Event::Execution { scan, arguments: &[], outputs: Some(&[]) });
+            }
+            bytes.extend(segment_chunk(&writer.cut(Start::Continued).expect("two executions")));
+        }
+        let folder = tempfile::tempdir().expect("a folder");
+        let file = folder.path().join("r.latchrec");
+        std::fs::write(&file, bytes).expect("written");
+        Recording::open(&file).expect("a recording")
+    }
+
+    #[test]
+    fn a_date_chooses_the_run_that_holds_it() {
+        let recording = recording(&[50 * YEAR, 51 * YEAR, 52 * YEAR]);
+        let run = |from, to| run_at(&recording, &recording.runs(), [from, to]);
+        let world = |ns| Some(Time::World(ns));
+        assert_eq!(run(None, None).expect("the last"), 3);
+        assert_eq!(run(Some(Time::Plant(5)), None).expect("the last"), 3);
+        assert_eq!(run(world(51 * YEAR + 5), world(51 * YEAR + 6)).expect("the second"), 2);
+        assert_eq!(run(world(50 * YEAR + HOUR), world(51 * YEAR - 1)).expect("the first"), 1);
+        assert_eq!(run(None, world(50 * YEAR)).expect("the first"), 1);
+        let between = run(world(51 * YEAR - 5), world(51 * YEAR - 1)).expect_err("between two").to_string();
+        assert!(between.starts_with("nothing was recorded then; the recording has run 1 from 20"), "{between}");
+        assert!(between.contains(", run 3 from "), "{between}");
+    }
+
+    #[test]
+    fn a_run_at_virtual_time_has_no_dates() {
+        let recording = recording(&[0]);
+        let error = run_at(&recording, &recording.runs(), [Some(Time::World(YEAR)), None]).expect_err("none");
+        assert!(error.to_string().contains("which has no dates"), "{error}");
+    }
 }

@@ -7,7 +7,7 @@
 //!
 //! Everything it needs comes with it and goes back with it: nothing is made or freed in the lane, but what a fault has to say.
 
-use super::{Adapter, BlockState, Growth, Lane, Report};
+use super::{Adapter, BlockState, Growth, Lane, Report, Tap, TapSlot};
 use latchwork_block::upgrade::Transfer;
 use latchwork_block::{Fault, Instance};
 use latchwork_record::Text;
@@ -75,6 +75,8 @@ pub struct Exchanging {
     pub state: Box<[u64]>,
     /// [`state`](Self::state) is what it had when an operator took it back.
     pub state_there: bool,
+    /// The recorder's tap of the version that is not in the lane: it goes where its version goes.
+    pub tap: Option<Box<Tap>>,
     /// Longest execution of the one that goes, ns; 0: unknown.
     pub baseline: u64,
     /// Executions of the probation that are left.
@@ -97,6 +99,7 @@ impl Exchanging {
             carry,
             state,
             state_there: false,
+            tap: None,
             baseline: 0,
             left: 0,
             spent: 0,
@@ -244,6 +247,7 @@ impl Lane {
         let begun = clock();
         let handed = self.hand_over(&mut exchange);
         if handed.is_ok() {
+            self.tell_recorder(&mut exchange);
             for part in &mut exchange.parts {
                 self.switch(part);
                 (part.left, part.spent) = (exchange.probation, 0);
@@ -327,10 +331,28 @@ impl Lane {
         Ok(())
     }
 
+    /// Those that go say what state they go with, those that come with which they begin: no execution goes unrecorded.
+    fn tell_recorder(&mut self, exchange: &mut Exchange) {
+        let saved = exchange.told.as_deref().map_or(&[][..], |told| &told.saved);
+        for (at, part) in exchange.parts.iter_mut().enumerate() {
+            let block = &mut self.parts.blocks[part.block as usize];
+            if let Some(tap) = block.rest.taps.recorder() {
+                if let Some(saved) = saved.get(at).filter(|s| s.there && (block.ran || !block.first)) {
+                    tap.state(block.last, Some(&saved.cells));
+                }
+                tap.waits();
+            }
+            if let Some(tap) = &mut part.tap {
+                let warm = !part.other.first || part.other.ran;
+                tap.state(part.other.last, warm.then_some(&part.state));
+            }
+        }
+    }
+
     /// The version in the lane and the other one take each other's place.
     pub(super) fn switch(&mut self, part: &mut Exchanging) {
         let index = part.block;
-        self.end_taps(index as usize);
+        self.untap(index as usize, TapSlot::Shadow);
         let (block, other) = (&mut self.parts.blocks[index as usize], &mut part.other);
         let rest = &mut *block.rest;
         std::mem::swap(&mut block.instance, &mut other.instance);
@@ -343,6 +365,8 @@ impl Lane {
         std::mem::swap(&mut rest.strikes, &mut other.strikes);
         std::mem::swap(&mut rest.restart_at, &mut other.restart_at);
         std::mem::swap(&mut rest.ready, &mut other.ready);
+        rest.taps.exchange(&mut part.tap);
+        block.tapped = rest.taps.any();
         self.waiting.retain(|w| *w != index);
         if rest.state == BlockState::Faulted {
             self.waiting.push(index);

@@ -129,6 +129,9 @@ impl Lane {
         let returned = end == End::Returned;
         for part in &mut trial.parts {
             self.switch(part);
+            if let Some(tap) = &mut part.tap {
+                tap.end();
+            }
             if returned && part.failed.is_some() {
                 part.bury(now);
             }
@@ -197,12 +200,17 @@ impl Lane {
         let Some(at) = self.trial_of(index) else { return };
         let part = self.trials[at].parts.iter_mut().find(|p| p.block as usize == index);
         // One that is out of order may wait for its restart.
-        let Some(instance) = part.and_then(|p| p.other.instance.as_mut().or(p.other.ready.as_mut())) else { return };
+        let Some(part) = part else { return };
+        let Some(instance) = part.other.instance.as_mut().or(part.other.ready.as_mut()) else { return };
         // What was transferred went by name: it has as many as its class.
         if instance.class().settings.len() != cells.len() {
             return;
         }
-        let why = match instance.configure(cells) {
+        let answer = instance.configure(cells);
+        if let Some(tap) = &mut part.tap {
+            tap.settings(cells, answer.as_ref().ok().map(Result::is_ok));
+        }
+        let why = match answer {
             Ok(Ok(())) => return,
             Ok(Err(sentence)) => Text::format(format_args!("the version before refuses the new settings: {sentence}")),
             Err(fault) => {

@@ -32,6 +32,7 @@ const EXECUTION: u64 = 2;
 const SETTINGS: u64 = 3;
 const RESTARTED: u64 = 4;
 const ENDED: u64 = 5;
+const WAITS: u64 = 6;
 
 const FIRST: u64 = 1 << 8;
 const FAULTED: u64 = 1 << 9;
@@ -58,6 +59,8 @@ pub struct Tap {
     timer: Option<Timer>,
     /// It is for this version of the block alone.
     version: Option<u64>,
+    /// The block may be asked for its state.
+    saves: bool,
     /// Argument and output cells of the class it was made for.
     shape: (usize, usize),
 }
@@ -79,6 +82,7 @@ pub fn tap(class: &Class, frames: usize, timer: Option<Timer>) -> (Box<Tap>, Tap
         ended: false,
         timer,
         version: None,
+        saves: true,
         shape: (arguments, outputs),
     };
     (Box::new(tap), TapReader { from, buffer: vec![0; longest], arguments })
@@ -88,6 +92,34 @@ impl Tap {
     /// For this version of the block alone ([`crate::supervisor::Recipe::version`]): with another one it ends at once.
     pub fn only(&mut self, version: u64) {
         self.version = Some(version);
+    }
+
+    /// The block is not asked for its state: it would fail.
+    pub fn without_states(&mut self) {
+        self.saves = false;
+    }
+
+    /// The state that a block has now; `None` when it is cold.
+    pub(super) fn state(&mut self, last: u64, state: Option<&[u64]>) {
+        self.frame[1] = last;
+        let end = self.cells(2, state.unwrap_or(&[]));
+        self.send(STATE, if state.is_none() { COLD } else { 0 }, end);
+    }
+
+    /// The block executes another version from now on; this one may come back.
+    pub(super) fn waits(&mut self) {
+        self.send(WAITS, 0, 1);
+    }
+
+    /// The block got settings: `None` when it faulted over them.
+    pub(super) fn settings(&mut self, cells: &[u64], taken: Option<bool>) {
+        let flags = match taken {
+            Some(true) => 0,
+            Some(false) => REFUSED,
+            None => FAULTED,
+        };
+        let end = self.cells(1, cells);
+        self.send(SETTINGS, flags, end);
     }
 
     fn send(&mut self, kind: u64, flags: u64, words: usize) {
@@ -122,7 +154,7 @@ impl Tap {
     }
 
     /// No further frame; the reader hears of it as soon as there is room.
-    fn end(&mut self) {
+    pub(super) fn end(&mut self) {
         self.send(ENDED, 0, 1);
         self.ended = true;
     }
@@ -134,7 +166,7 @@ impl Taps {
         self.0.iter_mut().flatten().map(|tap| &mut **tap).filter(|tap| !tap.ended)
     }
 
-    fn any(&self) -> bool {
+    pub(super) fn any(&self) -> bool {
         self.0.iter().flatten().any(|tap| !tap.ended)
     }
 
@@ -161,15 +193,17 @@ impl Taps {
 
     /// The block got settings: `None` when it faulted over them.
     pub(super) fn settings(&mut self, cells: &[u64], taken: Option<bool>) {
-        let flags = match taken {
-            Some(true) => 0,
-            Some(false) => REFUSED,
-            None => FAULTED,
-        };
-        for tap in self.each() {
-            let end = tap.cells(1, cells);
-            tap.send(SETTINGS, flags, end);
-        }
+        self.each().for_each(|tap| tap.settings(cells, taken));
+    }
+
+    /// The recorder's tap goes with the version that it was put on, and another one comes.
+    pub(super) fn exchange(&mut self, other: &mut Option<Box<Tap>>) {
+        std::mem::swap(&mut self.0[TapSlot::Recorder as usize], other);
+    }
+
+    /// The recorder's tap.
+    pub(super) fn recorder(&mut self) -> Option<&mut Tap> {
+        self.0[TapSlot::Recorder as usize].as_deref_mut()
     }
 
     /// The block has a fresh instance, cold.
@@ -222,12 +256,6 @@ impl Lane {
         block.tapped = block.rest.taps.any();
     }
 
-    /// Ends all taps of a block, because it becomes another version: whoever wants to go on listening taps that one.
-    pub(super) fn end_taps(&mut self, index: usize) {
-        self.untap(index, TapSlot::Recorder);
-        self.untap(index, TapSlot::Shadow);
-    }
-
     /// Sends a tap the state that the block has now.
     #[cold]
     pub(super) fn keyframe(&mut self, index: usize, slot: TapSlot, now: u64) {
@@ -239,13 +267,16 @@ impl Lane {
         if *first && !*ran {
             return tap.send(STATE, COLD, 2);
         }
+        if !tap.saves {
+            return tap.send(STATE, ABSENT | FAULTED, 2);
+        }
         let end = 2 + instance.class().retained.len();
         let fault = match instance.save_into(&mut tap.frame[2..end]) {
             Ok(true) => return tap.send(STATE, 0, end),
             Ok(false) => return tap.send(STATE, 0, 2),
             Err(fault) => fault,
         };
-        tap.send(STATE, ABSENT, 2);
+        tap.send(STATE, ABSENT | FAULTED, 2);
         self.block_fault(index, now, &fault);
     }
 }
@@ -287,6 +318,8 @@ pub enum Frame<'a> {
     },
     /// It has a fresh instance with the settings it last took: a cold start.
     Restarted,
+    /// Another version executes from now on. This one may come back, until the tap is gone.
+    Waits,
     /// It is not tapped any more.
     Ended,
 }
@@ -300,6 +333,8 @@ pub enum State<'a> {
     Retained(&'a [u64]),
     /// It is out of order.
     Absent,
+    /// It cannot be saved.
+    Unsaved,
 }
 
 impl TapReader {
@@ -315,6 +350,7 @@ impl TapReader {
             STATE => Frame::State {
                 last: words[0],
                 state: match (flag(ABSENT), flag(COLD)) {
+                    (true, _) if flag(FAULTED) => State::Unsaved,
                     (true, _) => State::Absent,
                     (_, true) => State::Cold,
                     _ => State::Retained(&words[1..]),
@@ -331,9 +367,15 @@ impl TapReader {
             }
             SETTINGS => Frame::Settings { cells: words, taken: (!flag(FAULTED)).then_some(!flag(REFUSED)) },
             RESTARTED => Frame::Restarted,
+            WAITS => Frame::Waits,
             _ => Frame::Ended,
         };
         Some(((header >> MISSED) as u32, frame))
+    }
+
+    /// Nothing more will come than what is there.
+    pub fn is_abandoned(&self) -> bool {
+        self.from.is_abandoned()
     }
 
     /// Nothing is there, and nothing will come.

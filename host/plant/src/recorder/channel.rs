@@ -8,16 +8,28 @@ pub(super) struct Channel {
     block: usize,
     lane: usize,
     place: u32,
-    reader: Option<TapReader>,
-    /// Where the next segment stands, until a state has come.
-    head: Option<Head>,
-    writer: Option<Writer>,
+    /// The version that executes, before it one that waits whether it comes back, behind it one that comes.
+    streams: Vec<Stream>,
     /// Number of its next segment.
     number: u64,
     /// When its next state is due, plant time, ns.
     due: u64,
     /// When a state was asked for that has not come.
     asked: Option<u64>,
+    /// Something has happened since the last state.
+    changed: bool,
+}
+
+/// What one version of it does.
+struct Stream {
+    reader: TapReader,
+    /// Where the next segment stands, until a state has come.
+    head: Option<Head>,
+    writer: Option<Writer>,
+    /// Another version executes.
+    waits: bool,
+    /// Its state can be had.
+    saves: bool,
 }
 
 /// What a turn has brought.
@@ -30,7 +42,8 @@ pub(super) struct Turn {
 
 impl Channel {
     pub(super) fn new(block: usize, lane: usize, place: u32, due: u64) -> Self {
-        Self { block, lane, place, reader: None, head: None, writer: None, number: 0, due, asked: None }
+        let streams = Vec::new();
+        Self { block, lane, place, streams, number: 0, due, asked: None, changed: false }
     }
 
     /// Block of the model.
@@ -48,22 +61,20 @@ impl Channel {
     }
 
     pub(super) fn listens(&self) -> bool {
-        self.reader.is_some()
+        self.streams.iter().any(|s| !s.waits)
     }
 
-    /// From now on; the first frame will say how its segment begins.
-    pub(super) fn listen(&mut self, reader: TapReader, head: Head) {
-        self.reader = Some(reader);
-        self.head = Some(head);
+    /// From now on; the first frame will say how its segment begins. What was before it may be missing: `gap`.
+    pub(super) fn listen(&mut self, reader: TapReader, head: Head, gap: bool) {
+        // A number that no segment has: a replay sees that they do not follow each other.
+        self.number += u64::from(gap && self.number > 0);
+        self.streams.push(Stream { reader, head: Some(head), writer: None, waits: false, saves: true });
     }
 
-    /// Bytes that are in no segment yet.
-    fn open_bytes(&self) -> usize {
-        self.writer.as_ref().map_or(0, Writer::len)
-    }
-
+    /// At most one state is on its way, and none that nobody needs.
     pub(super) fn is_due(&self, now: u64) -> bool {
-        self.writer.is_some() && now >= self.due
+        let can = self.streams.iter().any(|s| !s.waits && s.saves && s.writer.is_some());
+        can && self.changed && self.asked.is_none() && now >= self.due
     }
 
     pub(super) fn asked(&mut self, now: u64, keyframe: u64) {
@@ -75,79 +86,128 @@ impl Channel {
         self.asked.is_some_and(|asked| now.saturating_sub(asked) < patience)
     }
 
-    /// What has happened so far as a segment.
-    pub(super) fn cut(&mut self) -> Option<Segment> {
-        self.begin(Start::Continued)
+    /// What has happened so far as segments.
+    pub(super) fn cut(&mut self) -> Vec<Segment> {
+        let number = &mut self.number;
+        self.streams.iter_mut().filter_map(|s| s.begin(Start::Continued, number)).collect()
     }
 
     /// The same, and it goes on as if nobody had looked.
-    pub(super) fn so_far(&self) -> Option<Segment> {
-        self.writer.clone()?.cut(Start::Continued)
+    pub(super) fn so_far(&self) -> Vec<Segment> {
+        let mut number = self.number;
+        let cut = |s: &Stream| numbered(s.writer.clone()?.cut(Start::Continued), &mut number);
+        self.streams.iter().filter_map(cut).collect()
     }
 
-    fn begin(&mut self, start: Start) -> Option<Segment> {
-        let Some(writer) = &mut self.writer else {
-            if start != Start::Continued
-                && let Some(head) = self.head.take()
-            {
-                self.writer = Some(Writer::new(Head { start, number: self.number, ..head }));
-            }
-            return None;
-        };
-        let segment = writer.cut(start);
-        if let Some(segment) = &segment {
-            self.number = segment.head.number + 1;
-        }
-        segment
-    }
-
-    /// Takes what the tap has brought; a segment of `full` bytes is cut.
+    /// Takes what the taps have brought; a segment of `full` bytes is cut.
     pub(super) fn turn(&mut self, now: u64, full: usize) -> Turn {
         let mut turn = Turn::default();
-        let Some(mut reader) = self.reader.take() else { return turn };
-        let mut ended = false;
-        while let Some((missed, frame)) = reader.next_frame() {
-            if missed > 0 {
-                turn.missed += u64::from(missed);
-                self.add(Event::Missed(missed.into()));
-                // A replay can go on from the next state.
-                (self.due, self.asked) = (now, None);
+        let mut at = 0;
+        while at < self.streams.len() {
+            let ended = !self.streams[at].waits && self.drain(at, now, full, &mut turn);
+            if !ended {
+                at += 1;
+                continue;
             }
-            match frame {
-                Frame::State { state: TapState::Cold, .. } => turn.segments.extend(self.begin(Start::Cold)),
-                Frame::State { state: TapState::Retained(cells), .. } => {
-                    self.asked = None;
-                    turn.segments.extend(self.begin(Start::State(cells.to_vec())));
+            self.streams.remove(at);
+            // The version before it is back.
+            if let Some(before) = at.checked_sub(1) {
+                if self.streams[before].waits {
+                    self.streams[before].waits = false;
+                    at = before;
                 }
-                Frame::State { state: TapState::Absent, .. } => self.asked = None,
-                Frame::Execution { scan, arguments, outputs, .. } => {
-                    turn.faulted |= outputs.is_none();
-                    self.add(Event::Execution { scan, arguments, outputs });
-                }
-                Frame::Settings { cells, taken } => {
-                    turn.faulted |= taken.is_none();
-                    self.add(Event::Settings { cells, taken });
-                }
-                Frame::Restarted if self.writer.is_none() => drop(self.begin(Start::Cold)),
-                Frame::Restarted => self.add(Event::Restarted),
-                Frame::Ended => ended = true,
-            }
-            if self.open_bytes() >= full {
-                turn.segments.extend(self.cut());
             }
         }
-        if ended || reader.is_over() {
-            turn.segments.extend(self.cut());
-            (self.writer, self.head, self.asked) = (None, None, None);
-        } else {
-            self.reader = Some(reader);
-        }
+        // What another version has taken the place of for good.
+        self.streams.retain(|s| !(s.waits && s.reader.is_abandoned()));
         turn
     }
 
-    fn add(&mut self, event: Event<'_>) {
-        if let Some(writer) = &mut self.writer {
-            writer.add(event);
+    /// Takes what one tap has brought; true when it has ended.
+    fn drain(&mut self, at: usize, now: u64, full: usize, turn: &mut Turn) -> bool {
+        let Self { streams, number, due, asked, changed, .. } = self;
+        let Stream { reader, head, writer, waits, saves } = &mut streams[at];
+        let mut begin = |writer: &mut Option<Writer>, start| begin(head, writer, start, number);
+        let mut ended = false;
+        while !ended && let Some((missed, frame)) = reader.next_frame() {
+            if missed > 0 {
+                turn.missed += u64::from(missed);
+                add(writer, Event::Missed(missed.into()));
+                // A replay can go on from the next state.
+                (*due, *asked, *changed) = (now, None, true);
+            }
+            match frame {
+                Frame::State { state: TapState::Cold, .. } => {
+                    (*asked, *changed) = (None, false);
+                    turn.segments.extend(begin(writer, Start::Cold));
+                }
+                Frame::State { state: TapState::Retained(cells), .. } => {
+                    (*asked, *changed) = (None, false);
+                    turn.segments.extend(begin(writer, Start::State(cells.to_vec())));
+                }
+                Frame::State { state: TapState::Absent, .. } => *asked = None,
+                Frame::State { state: TapState::Unsaved, .. } => (*asked, *saves) = (None, false),
+                Frame::Execution { scan, arguments, outputs, .. } => {
+                    turn.faulted |= outputs.is_none();
+                    *changed = true;
+                    add(writer, Event::Execution { scan, arguments, outputs });
+                }
+                Frame::Settings { cells, taken } => {
+                    turn.faulted |= taken.is_none();
+                    *changed = true;
+                    add(writer, Event::Settings { cells, taken });
+                }
+                Frame::Restarted if writer.is_none() => drop(begin(writer, Start::Cold)),
+                Frame::Restarted => add(writer, Event::Restarted),
+                Frame::Waits => {
+                    (*asked, *waits) = (None, true);
+                    turn.segments.extend(begin(writer, Start::Continued));
+                    return false;
+                }
+                Frame::Ended => ended = true,
+            }
+            if writer.as_ref().is_some_and(|w| w.len() >= full) {
+                turn.segments.extend(begin(writer, Start::Continued));
+            }
         }
+        ended |= reader.is_over();
+        if ended {
+            turn.segments.extend(begin(writer, Start::Continued));
+            *asked = None;
+        }
+        ended
+    }
+}
+
+impl Stream {
+    fn begin(&mut self, start: Start, number: &mut u64) -> Option<Segment> {
+        begin(&mut self.head, &mut self.writer, start, number)
+    }
+}
+
+/// Ends a segment, if anything has happened in it, and begins another one.
+fn begin(head: &mut Option<Head>, writer: &mut Option<Writer>, start: Start, number: &mut u64) -> Option<Segment> {
+    let Some(writer) = writer else {
+        if start != Start::Continued
+            && let Some(head) = head.take()
+        {
+            *writer = Some(Writer::new(Head { start, ..head }));
+        }
+        return None;
+    };
+    numbered(writer.cut(start), number)
+}
+
+/// Segments of all versions of a block are numbered in the order in which they happened.
+fn numbered(segment: Option<Segment>, number: &mut u64) -> Option<Segment> {
+    let mut segment = segment?;
+    segment.head.number = *number;
+    *number += 1;
+    Some(segment)
+}
+
+fn add(writer: &mut Option<Writer>, event: Event<'_>) {
+    if let Some(writer) = writer {
+        writer.add(event);
     }
 }

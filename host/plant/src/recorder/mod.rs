@@ -13,11 +13,13 @@ mod ring;
 mod spill;
 
 use crate::assemble::{Plant, Time};
-use crate::lane::{Request, TapSlot, tap};
+use crate::lane::{Request, Tap, TapReader, TapSlot, tap};
 use crate::operate::Refused;
+use crate::supervisor::Recipe;
 use channel::{Channel, Turn};
+use latchwork_block::Component;
 use latchwork_record::{Draft, Kind};
-use latchwork_testbed::replay::{Segment, component_chunk, hash_of, segment_chunk};
+use latchwork_testbed::replay::{Head, Segment, Start, component_chunk, hash_of, segment_chunk};
 use ring::Ring;
 use spill::Spill;
 use std::path::Path;
@@ -87,11 +89,8 @@ impl Plant {
             if channel.listens() || self.desk.is_configuring(block) {
                 continue;
             }
-            let recipe = &self.supervisor.recipes[block];
-            let (class, settings) = (recipe.template.class().clone(), recipe.settings.clone());
-            let (mut lane_end, reader) = tap(&class, ROOM, None);
-            // The lane may have another version already, which the recipe has in the next turn.
-            lane_end.only(recipe.version);
+            let (recipe, component) = (self.supervisor.recipes[block].clone(), self.component_of(block).clone());
+            let (lane_end, reader) = recorder_tap(&recipe);
             if at_start {
                 // Not by a request: a lane takes but some of them in its first scan.
                 self.lanes[lane].tap_at_start(place as usize, TapSlot::Recorder, lane_end);
@@ -101,28 +100,46 @@ impl Plant {
                     continue;
                 }
             }
-            let (of, component) = (&self.model.blocks[block], self.component_of(block));
-            let head = latchwork_testbed::replay::Head {
-                run: self.recorder.run,
-                epoch: self.router.epoch(),
-                block: of.name.clone(),
-                lane: self.model.lanes[lane].name.clone(),
-                every: self.model.lanes[lane].every,
-                component: component.name().into(),
-                hash: component.hash().into(),
-                class: class.name.clone(),
-                memory: of.memory,
-                number: 0,
-                start: latchwork_testbed::replay::Start::Continued,
-                settings,
-                cells: [class.argument_cells(), class.output_cells()],
-                from: 0,
-                to: 0,
-                executions: 0,
-                missed: 0,
-            };
-            self.recorder.channels[index].listen(reader, head);
+            let head = self.head(block, &recipe, &component);
+            self.recorder.channels[index].listen(reader, head, true);
             self.recorder.add_component(component.bytes());
+        }
+    }
+
+    /// A tap for the version of a block that an exchange brings, so that its first execution is recorded, too; none for a
+    /// block that is not.
+    pub(crate) fn record_version(&mut self, block: usize, recipe: &Recipe, component: &Component) -> Option<Box<Tap>> {
+        let index = self.recorder.channels.iter().position(|c| c.block() == block)?;
+        let (lane_end, reader) = recorder_tap(recipe);
+        let head = self.head(block, recipe, component);
+        self.recorder.channels[index].listen(reader, head, false);
+        self.recorder.add_component(component.bytes());
+        Some(lane_end)
+    }
+
+    /// What the segments of a version of a block say of themselves.
+    fn head(&self, block: usize, recipe: &Recipe, component: &Component) -> Head {
+        let (of, class) = (&self.model.blocks[block], recipe.template.class());
+        let lane = &self.model.lanes[of.lane];
+        Head {
+            run: self.recorder.run,
+            epoch: self.router.epoch(),
+            block: of.name.clone(),
+            lane: lane.name.clone(),
+            every: lane.every,
+            component: component.name().into(),
+            hash: component.hash().into(),
+            version: recipe.version,
+            class: class.name.clone(),
+            memory: of.memory,
+            number: 0,
+            start: Start::Continued,
+            settings: recipe.settings.clone(),
+            cells: [class.argument_cells(), class.output_cells()],
+            from: 0,
+            to: 0,
+            executions: 0,
+            missed: 0,
         }
     }
 
@@ -151,7 +168,7 @@ impl Plant {
 
     /// Everything that is in memory, as a recording in one file.
     pub fn recording(&self) -> Vec<u8> {
-        let open = self.recorder.channels.iter().filter_map(Channel::so_far);
+        let open = self.recorder.channels.iter().flat_map(Channel::so_far);
         self.recorder.ring.to_bytes(open.map(|segment| (segment.head.hash.clone(), segment_chunk(&segment))))
     }
 
@@ -210,6 +227,17 @@ impl Plant {
     }
 }
 
+/// A tap for this version of a block. A state is asked for only where that does not fail: a spare instance is asked first.
+fn recorder_tap(recipe: &Recipe) -> (Box<Tap>, TapReader) {
+    let (mut lane_end, reader) = tap(recipe.template.class(), ROOM, None);
+    // The lane may have another version already, which the recipe has in the next turn.
+    lane_end.only(recipe.version);
+    if recipe.make().and_then(|mut spare| spare.save()).is_err() {
+        lane_end.without_states();
+    }
+    (lane_end, reader)
+}
+
 impl Recorder {
     fn add_component(&mut self, bytes: &[u8]) {
         let hash = hash_of(bytes);
@@ -231,7 +259,7 @@ impl Recorder {
     }
 
     fn cut_all(&mut self) {
-        let segments: Vec<_> = self.channels.iter_mut().filter_map(Channel::cut).collect();
+        let segments: Vec<_> = self.channels.iter_mut().flat_map(Channel::cut).collect();
         self.take(segments);
     }
 

@@ -27,6 +27,8 @@ pub(super) struct Spill {
     thread: Option<JoinHandle<()>>,
     failure: Arc<Mutex<Option<String>>>,
     run: u64,
+    /// The disk was too slow; orders that have found room since. It is over when there are enough of them.
+    slow: Option<usize>,
 }
 
 impl Spill {
@@ -39,7 +41,7 @@ impl Spill {
         let failure = Arc::new(Mutex::new(None));
         let writer = Writer { folder: folder.into(), room, run, number: 0, file: None, failure: Arc::clone(&failure) };
         let thread = std::thread::Builder::new().name("recorder".into()).spawn(move || writer.work(&incoming))?;
-        Ok(Self { orders: Some(orders), thread: Some(thread), failure, run })
+        Ok(Self { orders: Some(orders), thread: Some(thread), failure, run, slow: None })
     }
 
     /// Number of this run among those in the folder.
@@ -67,7 +69,12 @@ impl Spill {
             // The thread ends only after this end has gone.
             let _ = orders.send(order);
         } else if let Err(TrySendError::Full(_)) = orders.try_send(order) {
-            fail(&self.failure, "the disk is too slow; segments are left out".into());
+            // One sentence until it has kept up for a while, not one per segment.
+            if self.slow.replace(0).is_none() {
+                fail(&self.failure, "the disk is too slow; segments are left out".into());
+            }
+        } else {
+            self.slow = self.slow.map(|orders| orders + 1).filter(|orders| *orders < WAITING);
         }
     }
 
@@ -132,10 +139,8 @@ impl Writer {
         let file = match &mut self.file {
             Some(file) => file,
             none => {
-                let (mut file, beginning) = (next_file(&self.folder, self.run, &mut self.number)?, header());
                 make_room(&self.folder, self.room.saturating_sub(part.max(chunk.len() as u64)))?;
-                file.write_all(&beginning)?;
-                none.insert((file, beginning.len() as u64))
+                none.insert(next_file(&self.folder, self.run, &mut self.number)?)
             }
         };
         file.0.write_all(chunk)?;
@@ -183,15 +188,25 @@ fn segments(folder: &Path) -> std::io::Result<Vec<Listed>> {
     Ok(files)
 }
 
-/// Run and number in six digits each: their names are in the order of time.
-fn next_file(folder: &Path, run: u64, number: &mut u64) -> Result<File, Error> {
+/// A new file with its beginning, and its length; none stays behind that has no room for it. Run and number in six digits
+/// each: their names are in the order of time.
+fn next_file(folder: &Path, run: u64, number: &mut u64) -> Result<(File, u64), Error> {
+    let path = folder.join(format!("{run:06}-{:06}.{ENDING}", *number + 1));
+    let mut file = OpenOptions::new().write(true).create_new(true).open(&path)?;
+    let beginning = header();
+    if let Err(error) = file.write_all(&beginning) {
+        // The number is free again: a full disk is not filled with names.
+        let _ = std::fs::remove_file(&path);
+        return Err(error);
+    }
     *number += 1;
-    OpenOptions::new().write(true).create_new(true).open(folder.join(format!("{run:06}-{number:06}.{ENDING}")))
+    Ok((file, beginning.len() as u64))
 }
 
-/// Deletes the oldest files until the rest is no longer than this. The newest stays.
+/// Deletes files that hold nothing, and the oldest ones until the rest is no longer than this. The newest stays.
 fn make_room(folder: &Path, length: u64) -> Result<(), Error> {
-    let files = segments(folder)?;
+    let mut files = segments(folder)?;
+    files.retain(|f| f.length > header().len() as u64 || std::fs::remove_file(&f.path).is_err());
     let mut sum: u64 = files.iter().map(|f| f.length).sum();
     for file in files.iter().take(files.len().saturating_sub(1)) {
         if sum <= length {
@@ -201,4 +216,21 @@ fn make_room(folder: &Path, length: u64) -> Result<(), Error> {
         sum -= file.length;
     }
     Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn files_that_hold_nothing_go_when_room_is_made() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let name = |n: u32| folder.path().join(format!("000001-{n:06}.{ENDING}"));
+        std::fs::write(name(1), b"").expect("written");
+        std::fs::write(name(2), header()).expect("written");
+        std::fs::write(name(3), [&header()[..], b"a segment"].concat()).expect("written");
+        make_room(folder.path(), 1 << 20).expect("made");
+        let left: Vec<_> = segments(folder.path()).expect("listed").into_iter().map(|f| f.path).collect();
+        assert_eq!(left, [name(3)]);
+    }
 }

@@ -121,6 +121,9 @@ impl Plant {
             for path in &found.set_aside {
                 let _ = write!(text, "; the damaged file stands in {} now", path.display());
             }
+            for why in &found.not_aside {
+                let _ = write!(text, "; it could not be put aside, and is written over: {why}");
+            }
             let mut draft = Draft::new(0, Kind::Fault, SOURCE, "not-restored");
             draft.priority = LOST;
             draft

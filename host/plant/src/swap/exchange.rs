@@ -35,6 +35,7 @@ impl Plant {
             let standing = Standing::new(instance, part.recipe.version, adapter);
             let mut exchanging = Exchanging::new(self.desk.places[part.block], standing, part.carry, part.state);
             (exchanging.growth, exchanging.baseline) = (growth, part.baseline);
+            exchanging.tap = self.record_version(part.block, &part.recipe, &part.component);
             parts.push(exchanging);
             coming.push(Coming { component: part.component, recipe: part.recipe, was: part.was });
         }

@@ -13,7 +13,6 @@ const BUDGET: u64 = 100;
 /// What was recorded, and what is executed.
 #[derive(Clone)]
 pub(super) struct Version {
-    hash: String,
     recorded: Arc<Class>,
     template: Template,
     limits: Limits,
@@ -24,7 +23,7 @@ pub(super) struct Version {
 impl Version {
     pub(super) fn same(component: &Component, class: Arc<Class>, head: &Head) -> Result<Self, LoadError> {
         let template = component.template(&class)?;
-        Ok(Self { hash: head.hash.clone(), recorded: class, template, limits: limits(head), other: false })
+        Ok(Self { recorded: class, template, limits: limits(head), other: false })
     }
 
     /// Class that is executed.
@@ -55,7 +54,7 @@ impl Version {
         head: &Head,
     ) -> Result<Self, LoadError> {
         let template = component.template(class)?;
-        Ok(Self { hash: head.hash.clone(), recorded, template, limits: limits(head), other: true })
+        Ok(Self { recorded, template, limits: limits(head), other: true })
     }
 }
 
@@ -97,11 +96,6 @@ impl Player {
             told: Replayed::default(),
             version,
         }
-    }
-
-    /// Hash of the recorded component.
-    pub(super) fn hash(&self) -> &str {
-        &self.version.hash
     }
 
     /// The recorded cells are those of the class.
@@ -273,11 +267,9 @@ impl Player {
     /// Adds what was found.
     pub(super) fn tell(self, to: &mut Replayed) {
         let found = self.told;
-        if to.executions == 0 {
-            to.from = found.from;
-        }
         if found.executions > 0 {
-            to.to = found.to;
+            to.from = if to.executions == 0 { found.from } else { to.from.min(found.from) };
+            to.to = to.to.max(found.to);
         }
         to.executions += found.executions;
         to.different += found.different;

@@ -88,6 +88,8 @@ pub fn replay(
         options,
         versions: HashMap::new(),
         player: None,
+        playing: Default::default(),
+        waits: None,
         following: None,
         told: Replayed { block: block.into(), run, ..Replayed::default() },
     };
@@ -170,6 +172,10 @@ struct Replay<'a> {
     options: &'a Options,
     versions: HashMap<String, Version>,
     player: Option<Player>,
+    /// Version and component of the player.
+    playing: (u64, String),
+    /// The version before, which may come back as it stood.
+    waits: Option<((u64, String), Player)>,
     /// Number of the segment that goes on where the player is.
     following: Option<u64>,
     told: Replayed,
@@ -179,10 +185,23 @@ impl Replay<'_> {
     fn segment(&mut self, segment: &Segment) -> Result<(), ReplayError> {
         let head = &segment.head;
         let follows = self.following == Some(head.number);
-        if self.player.as_ref().is_none_or(|p| p.hash() != head.hash) {
-            self.settle();
-            let version = self.version(segment)?;
-            self.player = Some(Player::new(version, &self.options.tolerances, &head.block, self.options.lossy));
+        let new = !self.versions.contains_key(&head.hash);
+        if !follows {
+            self.settle_waiting();
+        }
+        let plays = (head.version, head.hash.clone());
+        if self.player.is_none() || self.playing != plays {
+            let back = self.waits.take_if(|(which, _)| *which == plays);
+            self.settle_waiting();
+            let before = std::mem::replace(&mut self.playing, plays);
+            self.waits = self.player.take().map(|player| (before, player));
+            self.player = Some(match back {
+                Some((_, player)) => player,
+                None => {
+                    let version = self.version(segment)?;
+                    Player::new(version, &self.options.tolerances, &head.block, self.options.lossy)
+                }
+            });
         }
         let Some(player) = &mut self.player else { return Ok(()) };
         if !player.fits(head) {
@@ -196,6 +215,8 @@ impl Replay<'_> {
         match &head.start {
             Start::Cold => player.cold(&head.settings),
             Start::Continued if !follows => player.lose(),
+            // A version that came with a swap: this state is all it got.
+            Start::State(cells) if new && follows && !cells.is_empty() => player.state(&head.settings, cells),
             Start::State(cells) if follows && player.lives() => player.check_state(cells, head.from),
             Start::State(cells) => {
                 let (class, at) = (&head.class, clock(head.from));
@@ -263,8 +284,16 @@ impl Replay<'_> {
         Ok(version)
     }
 
+    /// What the version before has found: it does not come back.
+    fn settle_waiting(&mut self) {
+        if let Some((_, player)) = self.waits.take() {
+            player.tell(&mut self.told);
+        }
+    }
+
     /// What the present player has found.
     fn settle(&mut self) {
+        self.settle_waiting();
         if let Some(player) = self.player.take() {
             player.tell(&mut self.told);
         }

@@ -22,6 +22,9 @@ pub struct Head {
     pub component: String,
     /// SHA-256 of the component, hex.
     pub hash: String,
+    /// Number of the version in this run: another one with each swap, also to the same component.
+    #[serde(default)]
+    pub version: u64,
     /// Full name of the class it is used as.
     pub class: String,
     /// Most linear memory, bytes.

@@ -136,7 +136,7 @@ impl Worker {
             return Some(Verdict::Failed(why));
         }
         match frame {
-            Frame::State { state: TapState::Absent, .. } => {
+            Frame::State { state: TapState::Absent | TapState::Unsaved, .. } => {
                 failed("the running block is out of order: there is nothing to compare with")
             }
             // Another state of a block that is followed already tells nothing new.
@@ -147,7 +147,7 @@ impl Worker {
             }
             Frame::Execution { outputs: None, .. } => failed("the running block has faulted meanwhile"),
             Frame::Restarted => failed("the running block was restarted meanwhile"),
-            Frame::Ended => failed("the running block was exchanged or let go meanwhile"),
+            Frame::Waits | Frame::Ended => failed("the running block was exchanged or let go meanwhile"),
             Frame::Execution { scan, took, arguments, outputs: Some(outputs) } => {
                 self.execute(scan, took, arguments, outputs)
             }
