@@ -94,7 +94,7 @@ fn order(version: &Counter, probation: u64) -> SwapOrder {
     let file = format!("v{}.wasm", version.version);
     let bytes = version.component().into();
     SwapOrder {
-        parts: vec![Part { block: "count".into(), file, bytes, settings: Vec::new() }],
+        parts: vec![Part { block: "count".into(), file, bytes, settings: Vec::new(), expects: None }],
         shadow: 0,
         tolerances: Vec::new(),
         probation,
