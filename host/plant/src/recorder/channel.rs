@@ -111,11 +111,11 @@ impl Channel {
             }
             self.streams.remove(at);
             // The version before it is back.
-            if let Some(before) = at.checked_sub(1) {
-                if self.streams[before].waits {
-                    self.streams[before].waits = false;
-                    at = before;
-                }
+            if let Some(before) = at.checked_sub(1)
+                && self.streams[before].waits
+            {
+                self.streams[before].waits = false;
+                at = before;
             }
         }
         // What another version has taken the place of for good.
