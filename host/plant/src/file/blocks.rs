@@ -1,7 +1,7 @@
 //! Blocks as the file has them. Their names may have dots, so tables may be blocks or the beginnings of names.
 
 use super::assignments::assignments;
-use super::{BlockEntry, PlantFile, name_is_sound, sections, table};
+use super::{BlockEntry, PlantFile, name_is_sound, sections, table, unlike_a_sink};
 use latchwork_schema::check::entries;
 use latchwork_schema::{Checker, Entry};
 use toml::de::{DeTable, DeValue};
@@ -16,6 +16,7 @@ pub(super) fn blocks(checker: &mut Checker, tables: &DeTable<'_>, prefix: &str, 
         let Some(t) = table(checker, &entry, &format!("block `{name}`")) else { continue };
         name_is_sound(checker, entry.name, &entry.key_span, true);
         if is_block(t) {
+            unlike_a_sink(checker, &name, &entry.key_span);
             block(checker, &entry, t, name, sim, file);
         } else {
             blocks(checker, t, &format!("{name}."), sim, file);
@@ -82,6 +83,7 @@ fn block(checker: &mut Checker, entry: &Entry<'_>, t: &DeTable<'_>, name: String
         let name = format!("{name}.{}", e.name);
         name_is_sound(checker, e.name, &e.key_span, true);
         if is_block(t) {
+            unlike_a_sink(checker, &name, &e.key_span);
             self::block(checker, &e, t, name, sim, file);
         } else {
             blocks(checker, t, &format!("{name}."), sim, file);

@@ -227,9 +227,13 @@ fn name_is_sound(checker: &mut Checker, name: &str, span: &Span, dots: bool) {
             Finding::error(span, format!("`{part}` cannot be a name or part of one: in tags it means something"))
                 .help("choose another name"),
         );
-    } else if parts.len() > 1 && parts[0] == "sink" {
-        let message =
-            format!("`{name}` begins like the name of a sink: a swap could not tell it from sink `{}`", &name[5..]);
+    }
+}
+
+/// A swap names a sink `sink.NAME`: no block may be called so.
+fn unlike_a_sink(checker: &mut Checker, name: &str, span: &Span) {
+    if let Some(sink) = name.strip_prefix("sink.") {
+        let message = format!("`{name}` begins like the name of a sink: a swap could not tell it from sink `{sink}`");
         checker.add(Finding::error(span, message).help("choose another first part"));
     }
 }

@@ -308,6 +308,8 @@ impl Lane {
         // An interrupt lane takes its requests while it waits: nothing stands between an edge and the reaction to it.
         if first || !self.is_interrupt() {
             self.take_requests(moment.stamp, clock);
+        } else {
+            self.restart_waiting(moment.stamp);
         }
         true
     }

@@ -152,6 +152,11 @@ impl Lane {
                 Err(_) => break,
             }
         }
+        self.restart_waiting(now);
+    }
+
+    /// Puts blocks back to work whose time has come.
+    pub(super) fn restart_waiting(&mut self, now: u64) {
         let mut at = 0;
         while at < self.waiting.len() {
             let index = self.waiting[at] as usize;

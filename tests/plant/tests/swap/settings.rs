@@ -76,7 +76,7 @@ fn settings_of_an_order_are_on_record_and_outlive_a_restart() {
     let rig = || plant_with(&Counter::new(1), "settings.step = 5").with("v2", &Counter::new(2).component());
     let rows = "0.2s,count.settings.step,2\n1s,swap.count,v2.wasm settings.step=7 probation=5\n";
     let ran = rig().stimulus(rows).run_for(2 * S);
-    assert_eq!(of_settings(&ran).last().map(String::as_str), Some("1000 written 2 7"));
+    assert_eq!(of_settings(&ran).last().map(String::as_str), Some("1010 written 2 7"));
     let next = rig().after(&ran.kept).run_for(100 * MS);
     assert_eq!(next.at("count.outputs.count", 0), "7");
     // A value that the plant file has is no operator's any more.
@@ -87,13 +87,13 @@ fn settings_of_an_order_are_on_record_and_outlive_a_restart() {
 
 #[test]
 fn settings_that_go_back_with_a_version_are_on_record_and_outlive_a_restart() {
-    for (bad, row, back) in [(Bad::Trap(20), "", 1190), (Bad::No, "1.5s,rollback.count,1\n", 1500)] {
+    for (bad, row, back) in [(Bad::Trap(20), "", 1200), (Bad::No, "1.5s,rollback.count,1\n", 1510)] {
         let rig =
             || plant_with(&Counter::new(1), "settings.step = 5").with("v2", &Counter::new(2).bad(bad).component());
         let rows = format!("0.2s,count.settings.step,2\n1s,swap.count,v2.wasm settings.step=7\n{row}");
         let ran = rig().stimulus(&rows).run_for(2 * S);
         let told = of_settings(&ran);
-        assert_eq!(told[told.len() - 2..], ["1000 written 2 7".to_owned(), format!("{back} written 7 2")], "{told:?}");
+        assert_eq!(told[told.len() - 2..], ["1010 written 2 7".to_owned(), format!("{back} written 7 2")], "{told:?}");
         assert_eq!(rig().after(&ran.kept).run_for(100 * MS).at("count.outputs.count", 0), "2");
     }
 }

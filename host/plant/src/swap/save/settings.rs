@@ -104,25 +104,25 @@ fn start(model: &Model, keep: &[Keep]) -> Result<(), SaveError> {
 }
 
 /// The line before a setting that stands on one of its own, what comes before the name there, and whether a line feed is missing.
-fn beside<'a>(text: &'a str, setting: &Assignment) -> Option<(usize, &'a str, bool)> {
+fn beside(text: &str, setting: &Assignment) -> Option<(usize, String, bool)> {
     let Source::Constant(_) = setting.source else { return None };
     let at = text[..setting.key.start].rfind('\n').map_or(0, |at| at + 1);
     let before = &text[at..setting.key.start];
     let parents = setting.path.rfind('.').map_or("", |dot| &setting.path[..=dot]);
     let before = before.strip_suffix(parents)?;
     let plain = |c: char| c.is_alphanumeric() || matches!(c, ' ' | '\t' | '.' | '-' | '_');
-    before.chars().all(plain).then_some((at, before, false))
+    before.chars().all(plain).then(|| (at, before.to_owned(), false))
 }
 
 /// The line below the component's name, if that stands in a table of its own.
-fn below<'a>(text: &'a str, name: &Span) -> Option<(usize, &'a str, bool)> {
+fn below(text: &str, name: &Span) -> Option<(usize, String, bool)> {
     let at = text[..name.start].rfind('\n').map_or(0, |at| at + 1);
     let key = text[at..name.start].trim_start_matches([' ', '\t']);
     let indent = &text[at..name.start - key.len()];
     if key.trim_end_matches([' ', '\t']).strip_suffix('=').map(str::trim_end) != Some("component") {
         return None;
     }
-    let settings = |at| Some((at, indent, at == text.len() && !text.ends_with('\n')));
+    let settings = |at| Some((at, format!("{indent}settings."), at == text.len() && !text.ends_with('\n')));
     text[name.end..].find('\n').map_or(settings(text.len()), |feed| settings(name.end + feed + 1))
 }
 
