@@ -142,6 +142,15 @@ fn fenced(page: &str) -> Vec<(&str, &str)> {
     blocks
 }
 
+/// Output without what is another time each time: how long the tests took.
+fn timeless(output: &str) -> String {
+    let cut = |line: &str| match line.split_once(" in ") {
+        Some((before, after)) if after.ends_with("steps/s") => format!("{before}\n"),
+        _ => format!("{line}\n"),
+    };
+    output.lines().map(cut).collect()
+}
+
 #[test]
 fn the_page_of_the_flight_recorder_shows_what_happens() {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs/flight-recorder.md");
@@ -157,7 +166,7 @@ fn the_page_of_the_flight_recorder_shows_what_happens() {
                 let mut shown = String::new();
                 for command in block.lines().filter_map(|l| l.strip_prefix("$ latchwork ")) {
                     let args: Vec<_> = command.split_whitespace().collect();
-                    shown += &format!("$ latchwork {command}\n{}", text(&latchwork(folder.path(), &args)));
+                    shown += &format!("$ latchwork {command}\n{}", timeless(&text(&latchwork(folder.path(), &args))));
                 }
                 made = made.replace(&format!("```console\n{block}```"), &format!("```console\n{shown}```"));
             }
