@@ -1,0 +1,171 @@
+//! The languages: what each project consists of.
+//!
+//! A language is one module here with two functions: `authored`, the files an author goes on with, and `generated`, the glue
+//! that `build` writes anew from the WIT. Adding one touches its module and the tables of this file.
+
+mod c;
+
+use crate::abi::Abi;
+use crate::class::{Class, Kind};
+use crate::error::AuthorError;
+use crate::manifest::Step;
+use crate::names::suggestion;
+use std::collections::BTreeMap;
+
+/// A language that blocks can be written in.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub enum Language {
+    /// C11, by clang.
+    C,
+    /// C++20 without exceptions, by clang.
+    Cpp,
+}
+
+impl Language {
+    /// All of them, in the order in which they are offered.
+    pub const ALL: [Self; 2] = [Self::C, Self::Cpp];
+
+    /// As `--lang` has it.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::C => "c",
+            Self::Cpp => "cpp",
+        }
+    }
+
+    /// As people write it.
+    pub fn title(self) -> &'static str {
+        match self {
+            Self::C => "C",
+            Self::Cpp => "C++",
+        }
+    }
+
+    /// By its name.
+    ///
+    /// # Errors
+    /// [`AuthorError::Language`] with all names, and the nearest.
+    pub fn parse(name: &str) -> Result<Self, AuthorError> {
+        Self::ALL.into_iter().find(|l| l.name() == name).ok_or_else(|| {
+            let names = Self::ALL.map(Self::name);
+            AuthorError::Language {
+                found: name.into(),
+                suggestion: suggestion(name, names),
+                known: names.join(", "),
+            }
+        })
+    }
+
+    /// The file in which the author writes the block.
+    pub fn source(self) -> &'static str {
+        match self {
+            Self::C => "block.c",
+            Self::Cpp => "block.cpp",
+        }
+    }
+
+    /// The files an author goes on with, but those that all languages have.
+    pub(crate) fn authored(self, block: &Block) -> Vec<File> {
+        match self {
+            Self::C => c::authored(block, c::Dialect::C),
+            Self::Cpp => c::authored(block, c::Dialect::Cpp),
+        }
+    }
+
+    /// The glue, from the class alone.
+    pub(crate) fn generated(self, block: &Block) -> Vec<File> {
+        match self {
+            Self::C => c::generated(block, c::Dialect::C),
+            Self::Cpp => c::generated(block, c::Dialect::Cpp),
+        }
+    }
+
+    /// How the core module, or the component, is made.
+    pub(crate) fn step(self, block: &Block) -> Step {
+        match self {
+            Self::C => c::step(block, c::Dialect::C),
+            Self::Cpp => c::step(block, c::Dialect::Cpp),
+        }
+    }
+}
+
+/// A block to write files for.
+#[derive(Debug)]
+pub(crate) struct Block {
+    pub(crate) name: String,
+    pub(crate) class: Class,
+    pub(crate) abi: Abi,
+}
+
+/// A file of a project.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) struct File {
+    /// Below the project's folder.
+    pub(crate) path: String,
+    pub(crate) text: String,
+}
+
+impl File {
+    pub(crate) fn new(path: impl Into<String>, text: impl Into<String>) -> Self {
+        Self { path: path.into(), text: text.into() }
+    }
+}
+
+/// A step without environment and preparation.
+fn step(command: &[&str], output: String) -> Step {
+    Step {
+        command: command.iter().map(|w| (*w).to_owned()).collect(),
+        output: output.into(),
+        env: BTreeMap::new(),
+        prepare: None,
+    }
+}
+
+/// The first line of every generated file.
+fn banner(block: &Block, slashes: &str) -> String {
+    format!(
+        "{slashes} The ports of {}. `latchwork build` writes this file from wit/; it is not yours to edit.\n",
+        block.class.id
+    )
+}
+
+/// What the block is, in a sentence.
+fn tagline(class: &Class) -> &str {
+    class.doc.lines().next().filter(|l| !l.is_empty()).unwrap_or(&class.name)
+}
+
+/// A comment with the names that `execute` works with: inputs, commands, alarms.
+fn execute_names(
+    class: &Class,
+    access: &str,
+    ident: &dyn Fn(&str) -> String,
+    constant: &dyn Fn(&str, &str) -> String,
+) -> String {
+    let mut lines = Vec::new();
+    if let Some(inputs) = class.inputs {
+        let names = class.fields(inputs).iter().map(|f| format!("inputs{access}{}", ident(&f.name)));
+        lines.push(format!("Inputs: {}", names.collect::<Vec<_>>().join(", ")));
+    }
+    for (title, group, ty) in [("Commands", "commands", class.commands), ("Alarms", "alarms", class.alarms)] {
+        if let Some(Kind::Flags(labels)) = ty.map(|t| &class.types[t].kind) {
+            let names = labels.iter().map(|l| constant(group, &l.name));
+            lines.push(format!("{title}: {}", names.collect::<Vec<_>>().join(", ")));
+        }
+    }
+    lines.join("\n")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_wrong_language_names_the_nearest_and_all() {
+        let message = |name| Language::parse(name).unwrap_err().to_string();
+        assert!(message("c++").starts_with("no language `c++`; did you mean `c"), "{}", message("c++"));
+        assert!(message("cobol").contains("(there are: "), "{}", message("cobol"));
+        for language in Language::ALL {
+            assert_eq!(Language::parse(language.name()).unwrap(), language);
+        }
+    }
+}
