@@ -107,19 +107,21 @@ impl Bound {
         Ok(())
     }
 
-    /// Any other function; `None` if the class does not have it.
+    /// Any other function; the cells of its result are left in `to`.
     pub(crate) fn call(
         &mut self,
         store: &mut Store<State>,
         function: Function,
         args: &[u64],
-    ) -> Result<Option<Returned>> {
-        let Some(f) = &mut self.functions[function as usize] else { return Ok(None) };
+        to: &mut [u64],
+    ) -> Result<Returned> {
+        let Some(f) = &mut self.functions[function as usize] else { return Ok(Returned::Absent) };
         let refusal = f.call(store, &mut args.iter().copied(), &mut self.scratch)?;
-        Ok(Some(match refusal {
-            Some(refusal) => Returned::Refusal(refusal),
-            None => Returned::Cells(std::mem::take(&mut self.scratch)),
-        }))
+        if let Some(Err(sentence)) = refusal {
+            return Ok(Returned::Refused(sentence));
+        }
+        to.copy_from_slice(&self.scratch);
+        Ok(Returned::Done)
     }
 }
 

@@ -48,13 +48,15 @@ impl From<component_path::Bound> for Bound {
     }
 }
 
-/// What a call other than `execute` gave.
+/// What a call other than `execute` gave, besides the cells of its result.
 #[derive(Debug, PartialEq)]
 pub(crate) enum Returned {
-    /// Cells, none for a function without result.
-    Cells(Vec<u64>),
-    /// The answer of `configure`.
-    Refusal(Result<(), String>),
+    /// The class does not have the function.
+    Absent,
+    /// It did what it should; `configure` agreed.
+    Done,
+    /// The sentence of `configure`.
+    Refused(String),
 }
 
 impl Instance {
@@ -104,40 +106,43 @@ impl Instance {
     /// When there is not one cell per port.
     pub fn configure(&mut self, settings: &[u64]) -> Result<Result<(), String>, Fault> {
         assert_eq!(settings.len(), self.class().settings.len(), "one cell per setting");
-        Ok(match self.call(Function::Configure, settings)? {
-            Some(Returned::Refusal(answer)) => answer,
-            _ => Ok(()),
+        Ok(match self.call(Function::Configure, settings, &mut [])? {
+            Returned::Refused(sentence) => Err(sentence),
+            Returned::Absent | Returned::Done => Ok(()),
         })
     }
 
     /// The settings the block proposes itself, one cell per port; `None` when it has no function `defaults`.
     pub fn defaults(&mut self) -> Result<Option<Vec<u64>>, Fault> {
-        self.call(Function::Defaults, &[]).map(cells)
+        let mut cells = vec![0; self.class().settings.len()];
+        let returned = self.call(Function::Defaults, &[], &mut cells)?;
+        Ok((returned != Returned::Absent).then_some(cells))
     }
 
     /// The state to carry over, one cell per port of `retained`; `None` when the class retains nothing.
     pub fn save(&mut self) -> Result<Option<Vec<u64>>, Fault> {
-        self.call(Function::Save, &[]).map(cells)
+        let mut cells = vec![0; self.class().retained.len()];
+        Ok(self.save_into(&mut cells)?.then_some(cells))
     }
 
     /// The same into cells that are there, without an allocation on the plain path; false when the class retains nothing.
+    /// After a fault the cells hold nothing of use.
     ///
     /// # Panics
     /// When there is not one cell per retained port.
     pub fn save_into(&mut self, to: &mut [u64]) -> Result<bool, Fault> {
         assert_eq!(to.len(), self.class().retained.len(), "one cell per retained port");
-        let Some(cells) = self.save()? else { return Ok(false) };
-        to.copy_from_slice(&cells);
-        Ok(true)
+        self.call(Function::Save, &[], to).map(|returned| returned != Returned::Absent)
     }
 
-    /// Hands back a state that `save` gave; does nothing when the class retains nothing.
+    /// Hands back a state that `save` gave, without an allocation on the plain path; does nothing when the class retains
+    /// nothing.
     ///
     /// # Panics
     /// When there is not one cell per port.
     pub fn restore(&mut self, state: &[u64]) -> Result<(), Fault> {
         assert_eq!(state.len(), self.class().retained.len(), "one cell per retained port");
-        self.call(Function::Restore, state).map(drop)
+        self.call(Function::Restore, state, &mut []).map(drop)
     }
 
     /// Messages wait.
@@ -162,11 +167,12 @@ impl Instance {
         Ok(())
     }
 
-    fn call(&mut self, function: Function, args: &[u64]) -> Result<Option<Returned>, Fault> {
+    /// Calls any function but `execute`; `to` has one cell per cell of its result.
+    fn call(&mut self, function: Function, args: &[u64], to: &mut [u64]) -> Result<Returned, Fault> {
         self.begin(function)?;
         let result = match &mut self.bound {
-            Bound::Plain(bound) => bound.call(&mut self.store, function, args),
-            Bound::Component(bound) => bound.call(&mut self.store, function, args),
+            Bound::Plain(bound) => bound.call(&mut self.store, function, args, to),
+            Bound::Component(bound) => bound.call(&mut self.store, function, args, to),
         };
         result.map_err(|error| self.fail(function, &error))
     }
@@ -175,13 +181,6 @@ impl Instance {
     fn fail(&mut self, function: Function, error: &wasmtime::Error) -> Fault {
         self.faulted = true;
         Fault::new(Some(function), &self.class.class.name, error, self.store.data())
-    }
-}
-
-fn cells(returned: Option<Returned>) -> Option<Vec<u64>> {
-    match returned {
-        Some(Returned::Cells(cells)) => Some(cells),
-        _ => None,
     }
 }
 

@@ -6,7 +6,7 @@
 
 use crate::driver::{Driver, DriverConfig, DriverKind, PointShape, Problem};
 use latchwork_image::Type;
-use latchwork_schema::{Constant, Key, Kind, Section, Values};
+use latchwork_schema::{Key, Kind, Section, Values, cell};
 
 /// The kind.
 pub(crate) static SIM: DriverKind = DriverKind {
@@ -79,21 +79,6 @@ fn point(values: &Values) -> Result<PointShape, Vec<Problem>> {
     Ok(PointShape { ty: ty.clone(), writable: true, readable: true })
 }
 
-/// A constant of the file as a cell of a type.
-pub fn cell(ty: &Type, constant: &Constant) -> Result<u64, latchwork_image::ParseValueError> {
-    match constant {
-        Constant::Bool(b) if *ty == Type::Bool => Ok(u64::from(*b)),
-        Constant::Bool(b) => Err(ty.refuse(b.to_string())),
-        // 0 and 1 are no booleans in a plant file.
-        Constant::Integer(i) if *ty == Type::Bool => Err(ty.refuse(i.to_string())),
-        Constant::Integer(i) if *ty == Type::Duration => Err(ty.refuse(i.to_string())),
-        Constant::Integer(i) => ty.cell_from_integer((*i).into()).ok_or_else(|| ty.refuse(i.to_string())),
-        Constant::Real(r) => ty.cell_from_real(*r).ok_or_else(|| ty.refuse(r.to_string())),
-        Constant::Text(t) if *ty == Type::Duration => ty.parse(t),
-        Constant::Text(t) => Err(ty.refuse(format!("\"{t}\""))),
-    }
-}
-
 fn build(config: DriverConfig) -> Result<Box<dyn Driver>, String> {
     Err(format!("`{}` is simulated: the plant itself serves its points, no driver runs", config.name))
 }
@@ -101,7 +86,7 @@ fn build(config: DriverConfig) -> Result<Box<dyn Driver>, String> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use latchwork_schema::Value;
+    use latchwork_schema::{Constant, Value};
 
     fn values(ty: &str, initial: Option<Constant>) -> Values {
         let mut values = Values::default();

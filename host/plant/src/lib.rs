@@ -10,7 +10,6 @@
 pub mod alarms;
 pub mod assemble;
 pub mod check;
-mod diagnostic;
 mod file;
 pub mod lane;
 pub mod layout;

@@ -66,7 +66,7 @@ struct SimLane {
 /// First value of a sim point.
 pub(crate) fn initial(point: &PointConfig) -> u64 {
     let constant = point.values.constant("initial");
-    constant.and_then(|c| latchwork_io::sim::cell(&point.ty, c).ok()).unwrap_or(0)
+    constant.and_then(|c| latchwork_schema::cell(&point.ty, c).ok()).unwrap_or(0)
 }
 
 struct SimDriver {

@@ -117,17 +117,18 @@ impl Bound {
         Ok(())
     }
 
-    /// Any function but `execute`; `None` if the class does not have it.
+    /// Any function but `execute`; the cells of its result are left in `to`.
     pub(crate) fn call(
         &mut self,
         store: &mut Store<State>,
         function: Function,
         args: &[u64],
-    ) -> Result<Option<Returned>> {
-        let Some(f) = &self.rest.functions[function as usize] else { return Ok(None) };
-        let mut cells = vec![0; f.plan.results];
-        let refusal = f.call(store, args.iter().copied(), &mut cells)?;
-        Ok(Some(refusal.map_or(Returned::Cells(cells), Returned::Refusal)))
+        to: &mut [u64],
+    ) -> Result<Returned> {
+        let Some(f) = &self.rest.functions[function as usize] else { return Ok(Returned::Absent) };
+        assert_eq!(to.len(), f.plan.results, "one cell per cell of the result");
+        let refusal = f.call(store, args.iter().copied(), to)?;
+        Ok(refusal.and_then(std::result::Result::err).map_or(Returned::Done, Returned::Refused))
     }
 }
 

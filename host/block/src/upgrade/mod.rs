@@ -2,6 +2,7 @@
 //!
 //! Pure: knows classes and cells, no instances and no lanes.
 
+mod convert;
 mod difference;
 mod mapping;
 mod transfer;

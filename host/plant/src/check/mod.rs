@@ -21,7 +21,6 @@ mod tags;
 mod values;
 mod wires;
 
-use crate::diagnostic;
 use crate::file;
 use crate::model::Model;
 use latchwork_block::Engine;
@@ -49,12 +48,12 @@ pub struct Checked {
 impl Checked {
     /// The findings for a person; with colours if asked for.
     pub fn render(&self, colours: bool) -> String {
-        diagnostic::render(&self.findings, &self.path, &self.text, colours)
+        latchwork_schema::render(&self.findings, &self.path, &self.text, colours)
     }
 
     /// The findings for a script: a list of `{severity, file, line, column, message, help}`.
     pub fn json(&self) -> serde_json::Value {
-        diagnostic::json(&self.findings, &self.path, &self.text)
+        latchwork_schema::findings_json(&self.findings, &self.path, &self.text)
     }
 }
 

@@ -1,12 +1,12 @@
 //! Findings as a person reads them, with the line they are about, and as a script does.
 
+use crate::{Finding, Severity};
 use annotate_snippets::{AnnotationKind, Level, Renderer, Snippet};
-use latchwork_schema::{Finding, Severity};
 use serde_json::{Value, json};
 use std::path::Path;
 
 /// All findings, one after the other, with a line that counts them.
-pub(crate) fn render(findings: &[Finding], path: &Path, text: &str, colours: bool) -> String {
+pub fn render(findings: &[Finding], path: &Path, text: &str, colours: bool) -> String {
     let renderer = if colours { Renderer::styled() } else { Renderer::plain() };
     let path = path.display().to_string();
     let mut out = String::new();
@@ -43,7 +43,7 @@ fn counts(findings: &[Finding]) -> String {
 }
 
 /// `[{severity, file, line, column, end-line, end-column, message, help}]`; lines and columns from 1, in characters.
-pub(crate) fn json(findings: &[Finding], path: &Path, text: &str) -> Value {
+pub fn findings_json(findings: &[Finding], path: &Path, text: &str) -> Value {
     let path = path.display().to_string();
     findings
         .iter()
@@ -64,7 +64,7 @@ pub(crate) fn json(findings: &[Finding], path: &Path, text: &str) -> Value {
 }
 
 /// Line and column of a byte, from 1.
-fn position(text: &str, byte: usize) -> (usize, usize) {
+pub fn position(text: &str, byte: usize) -> (usize, usize) {
     let before = &text[..text.floor_char_boundary(byte.min(text.len()))];
     let line_start = before.rfind('\n').map_or(0, |n| n + 1);
     (before.matches('\n').count() + 1, before[line_start..].chars().count() + 1)

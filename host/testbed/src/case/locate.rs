@@ -1,0 +1,110 @@
+//! Finds and loads the components that a test file names.
+
+use super::model::Subject;
+use latchwork_block::Engine;
+use latchwork_image::nearest;
+use latchwork_schema::{Checker, Finding, Span};
+use std::path::{Path, PathBuf};
+
+/// Where components are looked for.
+pub(super) struct Finder<'a> {
+    engine: &'a Engine,
+    /// Folder of the test file.
+    base: PathBuf,
+    folders: Vec<PathBuf>,
+    /// What was found, for those who watch.
+    pub(super) found: Vec<PathBuf>,
+}
+
+impl<'a> Finder<'a> {
+    /// `given`: the folders that the file names, as it writes them; `more`: those of the caller, which come first.
+    pub(super) fn new(engine: &'a Engine, file: &Path, given: Option<Vec<String>>, more: &[PathBuf]) -> Self {
+        let base = file.parent().unwrap_or(Path::new("")).to_path_buf();
+        let mut folders = more.to_vec();
+        match given {
+            Some(list) => folders.extend(list.iter().map(|f| base.join(f))),
+            None => {
+                folders.push(base.clone());
+                folders.extend(built(&base));
+            }
+        }
+        Self { engine, base, folders, found: Vec::new() }
+    }
+
+    /// Loads a component and the class of it that is tested, or says what is in the way.
+    pub(super) fn subject(
+        &mut self,
+        checker: &mut Checker,
+        name: &str,
+        class: Option<&str>,
+        span: &Span,
+    ) -> Option<Subject> {
+        let path = match self.path(name) {
+            Ok(path) => path,
+            Err(finding) => {
+                checker.add(Finding { span: Some(span.clone()), ..finding });
+                return None;
+            }
+        };
+        let loaded = self.engine.load_file(&path).and_then(|component| {
+            let class = component.class(class)?;
+            let template = component.template(&class)?;
+            Ok(Subject { component, class, template })
+        });
+        self.found.push(path.clone());
+        loaded.map_err(|e| checker.add(Finding::error(span, format!("{}: {e}", path.display())))).ok()
+    }
+
+    /// Loads another version of what runs: a component that exports the same class, in whatever version.
+    pub(super) fn version(
+        &mut self,
+        checker: &mut Checker,
+        name: &str,
+        class: Option<&str>,
+        span: &Span,
+    ) -> Option<Subject> {
+        let bare = |name: &str| name.split_once('@').map_or(name, |(name, _)| name).to_owned();
+        // Where the old one is not known, whatever the new one exports will do for the checks that follow.
+        self.subject(checker, name, class.map(bare).as_deref(), span)
+    }
+
+    fn path(&self, name: &str) -> Result<PathBuf, Finding> {
+        let error = |message| Finding::error(&(0..0), message);
+        if name.ends_with(".wasm") {
+            let path = self.base.join(name);
+            return if path.is_file() { Ok(path) } else { Err(error(format!("there is no file {}", path.display()))) };
+        }
+        let file = format!("{name}.wasm");
+        if let Some(path) = self.folders.iter().map(|f| f.join(&file)).find(|p| p.is_file()) {
+            return Ok(path);
+        }
+        let list: Vec<_> = self.folders.iter().map(|f| shown(f)).collect();
+        let finding = error(format!("there is no component `{name}`; searched in {}", list.join(", ")));
+        let there = self.there();
+        Err(match nearest(name, there.iter().map(String::as_str)) {
+            Some(near) => finding.help(format!("did you mean \"{near}\"?")),
+            None if there.is_empty() => finding.help(
+                "no folder holds any component; build it first, or write `components = [\"FOLDER\"]` or a path that ends in .wasm",
+            ),
+            None => finding.help("write `components = [\"FOLDER\"]` with the folder it is built to, or a path that ends in .wasm"),
+        })
+    }
+
+    fn there(&self) -> Vec<String> {
+        let files = self.folders.iter().filter_map(|f| std::fs::read_dir(f).ok()).flatten().flatten();
+        let names = files.filter_map(|f| f.file_name().into_string().ok());
+        names.filter_map(|n| n.strip_suffix(".wasm").map(str::to_owned)).collect()
+    }
+}
+
+/// The build folder's components, of the nearest folder above that has any.
+fn built(base: &Path) -> Vec<PathBuf> {
+    let base = std::fs::canonicalize(if base.as_os_str().is_empty() { Path::new(".") } else { base });
+    let Ok(base) = base else { return Vec::new() };
+    let target = base.ancestors().map(|a| a.join("target")).find(|t| t.join("components").is_dir());
+    target.map(|t| vec![t.join("components"), t.join("test-components")]).unwrap_or_default()
+}
+
+fn shown(folder: &Path) -> String {
+    if folder.as_os_str().is_empty() { ".".into() } else { folder.display().to_string() }
+}

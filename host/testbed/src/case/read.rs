@@ -1,0 +1,316 @@
+//! From the text of a test file to cases, with everything that is wrong with it.
+
+use super::keys;
+use super::locate::Finder;
+use super::model::{Case, SetCell, Subject, TestFile};
+use super::steps::Steps;
+use super::values::{Group, tolerance};
+use latchwork_block::{Class, Engine};
+use latchwork_schema::check::{entries, found, parse};
+use latchwork_schema::{Checker, Entry, Finding, Section, Span, Value, Values, findings_json, position, render};
+use std::path::{Path, PathBuf};
+use toml::de::{DeTable, DeValue};
+
+/// Period when none is given, ns.
+const EVERY: u64 = 10_000_000;
+
+/// What the caller knows about where things are.
+#[derive(Clone, Debug, Default)]
+pub struct Options {
+    /// Folders of components, searched before those of the file.
+    pub folders: Vec<PathBuf>,
+}
+
+/// A test file with its findings.
+#[derive(Debug)]
+pub struct Checked {
+    /// Where it is.
+    pub path: PathBuf,
+    /// Its text.
+    pub text: String,
+    /// What is wrong with it.
+    pub findings: Vec<Finding>,
+    /// The tests; `None` when there is any finding.
+    pub file: Option<TestFile>,
+}
+
+impl Checked {
+    /// The findings for a person, each with its line.
+    pub fn render(&self, colours: bool) -> String {
+        render(&self.findings, &self.path, &self.text, colours)
+    }
+
+    /// The findings for a script.
+    pub fn json(&self) -> serde_json::Value {
+        findings_json(&self.findings, &self.path, &self.text)
+    }
+}
+
+/// Reads and checks a test file; all its components are loaded and compiled.
+pub fn check_file(path: &Path, engine: &Engine, options: &Options) -> Checked {
+    match std::fs::read_to_string(path) {
+        Ok(text) => check_text(path, text, engine, options),
+        Err(error) => {
+            let message = format!("the file cannot be read: {error}");
+            let finding = Finding { span: None, ..Finding::error(&(0..0), message) };
+            let finding = finding.help("expected a test file, as in `latchwork test ton.test.toml`");
+            Checked { path: path.into(), text: String::new(), findings: vec![finding], file: None }
+        }
+    }
+}
+
+/// The same with the text at hand; `path` says where relative names begin.
+pub fn check_text(path: &Path, text: String, engine: &Engine, options: &Options) -> Checked {
+    let (table, syntax) = parse(&text);
+    let mut checker = Checker { findings: syntax, ..Checker::default() };
+    let file = read(&mut checker, table.get_ref(), &text, path, engine, options);
+    let mut findings = checker.findings;
+    findings.sort_by_key(|f| f.span.as_ref().map(|s| s.start));
+    let file = file.filter(|_| findings.is_empty());
+    Checked { path: path.into(), text, findings, file }
+}
+
+/// What all cases of a file share.
+pub(super) struct Common<'a> {
+    pub(super) text: &'a str,
+    pub(super) base: PathBuf,
+    pub(super) finder: Finder<'a>,
+    pub(super) subject: Option<Subject>,
+    /// Tables that were read.
+    pub(super) files: Vec<PathBuf>,
+}
+
+impl Common<'_> {
+    pub(super) fn line(&self, span: &Span) -> usize {
+        position(self.text, span.start).0
+    }
+}
+
+fn read<'a>(
+    checker: &mut Checker,
+    root: &'a DeTable<'a>,
+    text: &'a str,
+    path: &Path,
+    engine: &'a Engine,
+    options: &Options,
+) -> Option<TestFile> {
+    let start = 0..text.find('\n').unwrap_or(text.len());
+    let values = table(checker, &keys::FILE, root, &start, &["case", "settings", "inputs"]);
+    let folders = match values.get("components") {
+        Some(Value::List(list)) => Some(list.iter().filter_map(|(v, _)| text_of(v)).collect()),
+        _ => None,
+    };
+    let mut common = Common {
+        text,
+        base: path.parent().unwrap_or(Path::new("")).to_path_buf(),
+        finder: Finder::new(engine, path, folders, &options.folders),
+        subject: None,
+        files: Vec::new(),
+    };
+    if let Some(name) = values.text("component") {
+        common.subject = common.finder.subject(checker, name, values.text("class"), &values.span_of("component"));
+    }
+    let shared = Start::read(checker, common.subject.as_ref(), root, &values, &Start::default());
+    let mut cases = Vec::new();
+    match get(root, "case") {
+        Some(entry) => {
+            for (item, span) in tables(checker, &entry, "[[case]]") {
+                let case = case(checker, &mut common, &shared, item, &span);
+                let twice = case.as_ref().is_some_and(|c: &Case| cases.iter().any(|o: &Case| o.name == c.name));
+                if let Some(case) = &case
+                    && twice
+                {
+                    let finding = Finding::error(&span, format!("there is another case \"{}\"", case.name));
+                    checker.add(finding.help("a case is known by its name: give it one of its own"));
+                }
+                cases.extend(case);
+            }
+        }
+        None => checker.add(
+            Finding::error(&start, "the file has no [[case]]")
+                .help("add one: [[case]], name = \"…\", and [[case.step]]"),
+        ),
+    }
+    let mut files = common.finder.found;
+    files.extend(common.files);
+    Some(TestFile {
+        path: path.into(),
+        subject: common.subject?,
+        files,
+        cases,
+        budget: values.duration("budget").unwrap_or(1_000_000_000),
+        memory: values.size("memory").unwrap_or(4 << 20),
+    })
+}
+
+/// What a case begins with; each level adds to the one above.
+#[derive(Clone, Default)]
+struct Start {
+    every: Option<u64>,
+    tolerance: f64,
+    settings: Vec<Option<u64>>,
+    inputs: Vec<SetCell>,
+}
+
+impl Start {
+    fn read(
+        checker: &mut Checker,
+        subject: Option<&Subject>,
+        table: &DeTable<'_>,
+        values: &Values,
+        above: &Self,
+    ) -> Self {
+        let mut start = above.clone();
+        start.every = values.duration("every").or(above.every);
+        if let Some(given) = values.constant("tolerance") {
+            let read = tolerance(checker, "tolerance", given, &values.span_of("tolerance"));
+            start.tolerance = read.unwrap_or(start.tolerance);
+        }
+        let Some(subject) = subject else { return start };
+        start.settings.resize(subject.class.settings.len(), None);
+        if let Some(given) = group(checker, table, "settings") {
+            let settings = settings(subject);
+            for said in settings.said(checker, given) {
+                start.settings[said.port] = settings.constant(checker, &said);
+            }
+        }
+        if let Some(given) = group(checker, table, "inputs") {
+            let inputs = inputs(subject);
+            for said in inputs.said(checker, given) {
+                start.inputs.extend(inputs.input(checker, &said));
+            }
+        }
+        start
+    }
+}
+
+fn case(
+    checker: &mut Checker,
+    common: &mut Common<'_>,
+    shared: &Start,
+    item: &DeTable<'_>,
+    span: &Span,
+) -> Option<Case> {
+    const OWN: [&str; 5] = ["settings", "inputs", "state", "step", "table"];
+    let values = table(checker, &keys::CASE, item, span, &OWN);
+    let start = Start::read(checker, common.subject.as_ref(), item, &values, shared);
+    let every = start.every.unwrap_or(EVERY);
+    let subject = common.subject.clone();
+    let mut state = None;
+    if let Some(subject) = &subject
+        && let Some(given) = group(checker, item, "state")
+    {
+        let fields = retained(subject);
+        let mut cells = vec![None; fields.ports.len()];
+        for said in fields.said(checker, given) {
+            cells[said.port] = fields.constant(checker, &said);
+        }
+        state = Some(cells);
+    }
+    let mut steps = Steps::new(every, start.tolerance, subject);
+    if let Some(entry) = get(item, "step") {
+        for (step, span) in tables(checker, &entry, "[[case.step]]") {
+            steps.step(checker, common, step, &span);
+        }
+    }
+    if let Some(entry) = get(item, "table") {
+        steps.table(checker, common, &entry);
+    }
+    let expect = values.table("expect");
+    let word = |key| expect.and_then(|e| e.text(key)).map(str::to_owned);
+    let (refused, fault) = (word("refused"), word("fault"));
+    let steps = steps.list;
+    if (refused.is_some() || fault.is_some()) && !steps.is_empty() {
+        let finding = Finding::error(&values.span_of("expect"), "a case whose start fails has no steps");
+        checker.add(finding.help("expect it in a step, or leave the steps out"));
+    }
+    let told = get(item, "step").is_some() || get(item, "table").is_some();
+    if steps.is_empty() && !told && refused.is_none() && fault.is_none() {
+        checker.add(Finding::error(span, "the case tests nothing").help("add a [[case.step]] or a [[case.table]]"));
+    }
+    Some(Case {
+        name: values.text("name")?.to_owned(),
+        line: common.line(span),
+        every,
+        start: values.duration("start").unwrap_or(0),
+        first: values.bool("first"),
+        elapsed: values.duration("elapsed").unwrap_or(0),
+        settings: start.settings,
+        inputs: start.inputs,
+        state,
+        refused,
+        fault,
+        steps,
+    })
+}
+
+/// Reads a table by its section.
+pub(super) fn table(checker: &mut Checker, of: &Section, table: &DeTable<'_>, span: &Span, skip: &[&str]) -> Values {
+    checker.whose.clear();
+    checker.whose.push_str(of.name);
+    checker.table_but(&[of], table, span.clone(), skip)
+}
+
+/// The tables of an array of tables, or findings.
+pub(super) fn tables<'t>(checker: &mut Checker, entry: &Entry<'t>, name: &str) -> Vec<(&'t DeTable<'t>, Span)> {
+    let wrong = |checker: &mut Checker, value, span: &Span| {
+        checker.add(Finding::error(span, format!("`{}` is {}; expected tables {name}", entry.name, found(value))));
+    };
+    let DeValue::Array(items) = entry.value else {
+        wrong(checker, entry.value, &entry.span);
+        return Vec::new();
+    };
+    let mut list = Vec::new();
+    for item in items.iter() {
+        match item.get_ref() {
+            DeValue::Table(table) => list.push((table, item.span())),
+            value => wrong(checker, value, &item.span()),
+        }
+    }
+    list
+}
+
+/// One entry of a table.
+pub(super) fn get<'t>(table: &'t DeTable<'t>, name: &str) -> Option<Entry<'t>> {
+    entries(table).into_iter().find(|e| e.name == name)
+}
+
+/// A table within a table, or a finding.
+pub(super) fn group<'t>(checker: &mut Checker, table: &'t DeTable<'t>, name: &str) -> Option<&'t DeTable<'t>> {
+    let entry = get(table, name)?;
+    if let DeValue::Table(table) = entry.value {
+        return Some(table);
+    }
+    let message = format!("`{name}` is {}; expected a table, as in {name} = {{ PORT = … }}", found(entry.value));
+    checker.add(Finding::error(&entry.span, message));
+    None
+}
+
+fn text_of(value: &Value) -> Option<String> {
+    if let Value::Text(text) = value { Some(text.clone()) } else { None }
+}
+
+fn of<'a>(
+    subject: &'a Subject,
+    name: &'static str,
+    one: &'static str,
+    ports: fn(&Class) -> &[latchwork_block::Port],
+) -> Group<'a> {
+    Group { component: subject.component.name(), name, one, ports: ports(&subject.class) }
+}
+
+pub(super) fn inputs(subject: &Subject) -> Group<'_> {
+    of(subject, "inputs", "input", |c| &c.inputs)
+}
+
+pub(super) fn outputs(subject: &Subject) -> Group<'_> {
+    of(subject, "outputs", "output", |c| &c.outputs)
+}
+
+pub(super) fn settings(subject: &Subject) -> Group<'_> {
+    of(subject, "settings", "setting", |c| &c.settings)
+}
+
+pub(super) fn retained(subject: &Subject) -> Group<'_> {
+    of(subject, "state", "retained field", |c| &c.retained)
+}
