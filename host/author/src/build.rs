@@ -54,7 +54,9 @@ pub fn build(folder: &Path, say: &mut dyn FnMut(&str)) -> Result<Built, AuthorEr
     }
     run(folder, command, env, manifest.language, say)?;
     let made = std::fs::read(&output).map_err(|e| match e.kind() {
-        std::io::ErrorKind::NotFound => AuthorError::NoOutput { command: manifest.build.shown(), output: output.clone() },
+        std::io::ErrorKind::NotFound => {
+            AuthorError::NoOutput { command: manifest.build.shown(), output: output.clone() }
+        }
         _ => AuthorError::File { path: output.clone(), source: e },
     })?;
     let failed = |e: anyhow::Error| AuthorError::Component { module: output.clone(), why: format!("{e:#}") };
@@ -87,7 +89,5 @@ fn write_whole(path: &Path, bytes: &[u8]) -> Result<(), AuthorError> {
         return Ok(());
     }
     let draft = path.with_extension("wasm.new");
-    std::fs::write(&draft, bytes)
-        .and_then(|()| std::fs::rename(&draft, path))
-        .map_err(AuthorError::file(path))
+    std::fs::write(&draft, bytes).and_then(|()| std::fs::rename(&draft, path)).map_err(AuthorError::file(path))
 }

@@ -136,7 +136,9 @@ fn read_interface(resolve: &Resolve, interface: InterfaceId, id: &str) -> Result
     };
     let Ty::Named(scan) = reader.ty(&Type::Id(*scan), "scan")? else { return Err("`scan` is no record".into()) };
     if !reader.types[scan].shared {
-        return Err("`scan` is not that of latchwork:block/types; write `use latchwork:block/types@0.1.0.{scan};`".into());
+        return Err(
+            "`scan` is not that of latchwork:block/types; write `use latchwork:block/types@0.1.0.{scan};`".into()
+        );
     }
     for group in PORTS {
         let Some(ty) = wit.types.get(group) else { continue };
@@ -198,11 +200,7 @@ fn signature(resolve: &Resolve, interface: InterfaceId, name: &str, class: &Clas
         format!("func({}){arrow}", parameters.join(", "))
     };
     if found != parameters || found_result != result {
-        return Err(format!(
-            "`{name}` is {}; expected {}",
-            write(&found, &found_result),
-            write(&parameters, &result)
-        ));
+        return Err(format!("`{name}` is {}; expected {}", write(&found, &found_result), write(&parameters, &result)));
     }
     Ok(())
 }

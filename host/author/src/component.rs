@@ -27,6 +27,7 @@ pub(crate) fn make(made: &[u8], resolve: &Resolve, world: WorldId, class: &Class
         made.to_vec()
     } else {
         let mut module = without(made, &[DOCS, "name", "producers", "target_features"])?;
+        rename_exports(&mut module, class)?;
         if !has_metadata(&module)? {
             wit_component::embed_component_metadata(&mut module, resolve, world, StringEncoding::UTF8)?;
         }
@@ -99,6 +100,41 @@ fn has_metadata(module: &[u8]) -> Result<bool> {
         }
     }
     Ok(false)
+}
+
+/// Gives exports of the glue of languages that allow only identifiers there their names: `latchwork_execute` is `CLASS#execute`.
+fn rename_exports(module: &mut Vec<u8>, class: &Class) -> Result<()> {
+    const EXPORTS: u8 = 7;
+    let functions = ["defaults", "configure", "execute", "save", "restore"];
+    let (header, sections) = module.split_at_checked(8).context("no wasm header")?;
+    let mut out = header.to_vec();
+    let mut reader = BinaryReader::new(sections, 0);
+    while !reader.eof() {
+        let id = reader.read_u8()?;
+        let size = reader.read_var_u32()? as usize;
+        let mut body = Cow::from(reader.read_bytes(size)?);
+        if id == EXPORTS {
+            let mut exports = BinaryReader::new(&body, 0);
+            let count = exports.read_var_u32()?;
+            let mut renamed = Vec::new();
+            leb128(&mut renamed, count as usize);
+            for _ in 0..count {
+                let name = exports.read_string()?;
+                let function = name.strip_prefix("latchwork_").filter(|f| functions.contains(f));
+                let name = function.map_or_else(|| name.to_owned(), |f| format!("{}#{f}", class.id));
+                leb128(&mut renamed, name.len());
+                renamed.extend_from_slice(name.as_bytes());
+                renamed.push(exports.read_u8()?);
+                leb128(&mut renamed, exports.read_var_u32()? as usize);
+            }
+            body = renamed.into();
+        }
+        out.push(id);
+        leb128(&mut out, body.len());
+        out.extend_from_slice(&body);
+    }
+    *module = out;
+    Ok(())
 }
 
 /// Interfaces with functions that a component imports; an error if it does not export the class.

@@ -24,7 +24,9 @@ pub enum AuthorError {
     #[error("{} exists already; nothing was written. Choose another name, or remove it", .0.display())]
     Exists(PathBuf),
     /// No such shipped class.
-    #[error("no device class `{found}`{suggestion} (there are: {known}); for a class of your own, give its folder with --wit")]
+    #[error(
+        "no device class `{found}`{suggestion} (there are: {known}); for a class of your own, give its folder with --wit"
+    )]
     UnknownClass {
         /// What was given.
         found: String,

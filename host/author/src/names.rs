@@ -1,6 +1,6 @@
 //! Names: the nearest of those that exist, and WIT's kebab case in other languages.
 
-use heck::{ToShoutySnakeCase, ToSnakeCase, ToUpperCamelCase};
+use heck::{ToLowerCamelCase, ToShoutySnakeCase, ToSnakeCase, ToUpperCamelCase};
 
 /// The name that was probably meant.
 pub(crate) fn nearest<'a>(name: &str, known: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
@@ -16,6 +16,10 @@ pub(crate) fn suggestion<'a>(name: &str, known: impl IntoIterator<Item = &'a str
 
 pub(crate) fn camel(name: &str) -> String {
     name.to_upper_camel_case()
+}
+
+pub(crate) fn lower_camel(name: &str) -> String {
+    name.to_lower_camel_case()
 }
 
 pub(crate) fn snake(name: &str) -> String {

@@ -66,12 +66,8 @@ pub fn create(parent: &Path, name: &str, language: Language, class: &ClassChoice
 fn files(name: &str, language: Language, found: Found) -> Vec<File> {
     let Found { class, files: wit } = found;
     let block = Block { name: name.into(), abi: Abi::of(&class), class };
-    let manifest = Manifest {
-        name: name.into(),
-        language,
-        class: block.class.id.clone(),
-        build: language.step(&block),
-    };
+    let manifest =
+        Manifest { name: name.into(), language, class: block.class.id.clone(), build: language.step(&block) };
     let mut files = language.authored(&block);
     files.push(File::new(format!("{name}.test.toml"), sample::test_file(&block)));
     files.push(File::new("README.md", readme(&block, language, &manifest)));

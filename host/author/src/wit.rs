@@ -78,7 +78,7 @@ pub(crate) fn own(folder: &Path, name: Option<&str>) -> Result<Found, AuthorErro
         };
         files.push(File::new(to.display().to_string(), text));
     }
-    
+
     let needed = needed(&resolve, package);
     for shipped in latchwork_wit::PACKAGES {
         let needed = shipped.name == latchwork_wit::BLOCK.name || needed.iter().any(|n| n == shipped.name);
@@ -103,7 +103,8 @@ pub(crate) fn of_project(folder: &Path, class: &str) -> Result<(Resolve, WorldId
         Err(e) => return Err(broken(resolve.render_error(&e))),
     };
     let world = resolve.select_world(&[package], None).map_err(|e| broken(format!("{e:#}")))?;
-    let interface = find(&resolve, class).ok_or_else(|| broken(format!("it has no `{class}`, which block.toml names")))?;
+    let interface =
+        find(&resolve, class).ok_or_else(|| broken(format!("it has no `{class}`, which block.toml names")))?;
     let class = class::read(&resolve, interface)?;
     Ok((resolve, world, class))
 }
@@ -146,7 +147,8 @@ fn own_package(folder: &Path) -> Result<(Resolve, PackageId, Vec<PathBuf>), Auth
     if !folder.is_dir() {
         return Err(broken("it is no folder; expected one with the package's .wit files".into()));
     }
-    let sources = |s: wit_parser::PackageSourceMap| s.paths().filter(|p| p.is_absolute()).map(Path::to_path_buf).collect();
+    let sources =
+        |s: wit_parser::PackageSourceMap| s.paths().filter(|p| p.is_absolute()).map(Path::to_path_buf).collect();
     let mut alone = Resolve::default();
     let first = match alone.push_dir(folder) {
         Ok((package, found)) => return Ok((alone, package, sources(found))),

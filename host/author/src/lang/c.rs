@@ -16,11 +16,67 @@ pub(super) enum Dialect {
 }
 
 const KEYWORDS: &[&str] = &[
-    "and", "asm", "auto", "bool", "break", "case", "catch", "char", "class", "const", "continue", "default", "delete",
-    "do", "double", "else", "enum", "explicit", "export", "extern", "false", "float", "for", "friend", "goto", "if",
-    "inline", "int", "long", "mutable", "namespace", "new", "not", "operator", "or", "private", "protected", "public",
-    "register", "restrict", "return", "short", "signed", "sizeof", "static", "struct", "switch", "template", "this",
-    "throw", "true", "try", "typedef", "typename", "union", "unsigned", "using", "virtual", "void", "volatile", "while",
+    "and",
+    "asm",
+    "auto",
+    "bool",
+    "break",
+    "case",
+    "catch",
+    "char",
+    "class",
+    "const",
+    "continue",
+    "default",
+    "delete",
+    "do",
+    "double",
+    "else",
+    "enum",
+    "explicit",
+    "export",
+    "extern",
+    "false",
+    "float",
+    "for",
+    "friend",
+    "goto",
+    "if",
+    "inline",
+    "int",
+    "long",
+    "mutable",
+    "namespace",
+    "new",
+    "not",
+    "operator",
+    "or",
+    "private",
+    "protected",
+    "public",
+    "register",
+    "restrict",
+    "return",
+    "short",
+    "signed",
+    "sizeof",
+    "static",
+    "struct",
+    "switch",
+    "template",
+    "this",
+    "throw",
+    "true",
+    "try",
+    "typedef",
+    "typename",
+    "union",
+    "unsigned",
+    "using",
+    "virtual",
+    "void",
+    "volatile",
+    "while",
     "xor",
 ];
 
@@ -30,12 +86,10 @@ const FLAGS: &[&str] = &[
     "-mexec-model=reactor",
     "-O2",
     "-Wall",
-    "-Wextra",
     "-Wl,--strip-all",
     "-Wl,--gc-sections",
     "-Wl,-z,stack-size=16384",
 ];
-
 
 /// `clang` makes the core module in one call.
 pub(super) fn step(block: &Block, dialect: Dialect) -> Step {
@@ -104,7 +158,11 @@ fn core(core: Core) -> &'static str {
 /// `inputs.value.quality`, the first name with what stands behind it.
 fn place(path: &[String], first: &str) -> String {
     let rest: Vec<String> = path[1..].iter().map(|p| ident(p)).collect();
-    if rest.is_empty() { first.trim_end_matches(['.', '-', '>']).to_owned() } else { format!("{first}{}", rest.join(".")) }
+    if rest.is_empty() {
+        first.trim_end_matches(['.', '-', '>']).to_owned()
+    } else {
+        format!("{first}{}", rest.join("."))
+    }
 }
 
 pub(super) fn generated(block: &Block, dialect: Dialect) -> Vec<File> {
@@ -205,9 +263,10 @@ fn glue(block: &Block) -> String {
         out += "EXPORT(\"cabi_realloc\") void *cabi_realloc(void *old, uint32_t old_size, uint32_t align, uint32_t size) {\n";
         out += "    if (old || old_size || align > 8 || size > sizeof arguments) __builtin_trap();\n    return arguments;\n}\n\n";
     }
-    let mut function = |name: &str, parameters: Option<(&[(&str, usize)], &Tuple)>, results: &[(&str, usize)], call: String| {
-        export(&mut out, class, name, parameters, results, &call);
-    };
+    let mut function =
+        |name: &str, parameters: Option<(&[(&str, usize)], &Tuple)>, results: &[(&str, usize)], call: String| {
+            export(&mut out, class, name, parameters, results, &call);
+        };
     let settings = class.settings.zip(abi.settings.as_ref());
     if let Some((ty, tuple)) = settings {
         if class.defaults {
@@ -288,7 +347,11 @@ fn export(
             }
             for (i, leaf) in leaves.iter().enumerate() {
                 let to = place(&leaf.path, &format!("{}.", leaf.path[0]));
-                let value = if leaf.ty == Ty::Bool { format!("p{i} != 0") } else { format!("({})p{i}", type_name(class, leaf.ty)) };
+                let value = if leaf.ty == Ty::Bool {
+                    format!("p{i} != 0")
+                } else {
+                    format!("({})p{i}", type_name(class, leaf.ty))
+                };
                 let _ = writeln!(out, "    {to} = {value};");
             }
         }

@@ -3,7 +3,11 @@
 //! A language is one module here with two functions: `authored`, the files an author goes on with, and `generated`, the glue
 //! that `build` writes anew from the WIT. Adding one touches its module and the tables of this file.
 
+mod assemblyscript;
 mod c;
+mod go;
+mod rust;
+mod zig;
 
 use crate::abi::Abi;
 use crate::class::{Class, Kind};
@@ -15,29 +19,45 @@ use std::collections::BTreeMap;
 /// A language that blocks can be written in.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum Language {
+    /// Rust, with wit-bindgen.
+    Rust,
     /// C11, by clang.
     C,
     /// C++20 without exceptions, by clang.
     Cpp,
+    /// Zig, freestanding.
+    Zig,
+    /// AssemblyScript, from npm.
+    AssemblyScript,
+    /// Go, with its own compiler.
+    Go,
 }
 
 impl Language {
     /// All of them, in the order in which they are offered.
-    pub const ALL: [Self; 2] = [Self::C, Self::Cpp];
+    pub const ALL: [Self; 6] = [Self::Rust, Self::C, Self::Cpp, Self::Zig, Self::AssemblyScript, Self::Go];
 
     /// As `--lang` has it.
     pub fn name(self) -> &'static str {
         match self {
+            Self::Rust => "rust",
             Self::C => "c",
             Self::Cpp => "cpp",
+            Self::Zig => "zig",
+            Self::AssemblyScript => "assemblyscript",
+            Self::Go => "go",
         }
     }
 
     /// As people write it.
     pub fn title(self) -> &'static str {
         match self {
+            Self::Rust => "Rust",
             Self::C => "C",
             Self::Cpp => "C++",
+            Self::Zig => "Zig",
+            Self::AssemblyScript => "AssemblyScript",
+            Self::Go => "Go",
         }
     }
 
@@ -48,43 +68,55 @@ impl Language {
     pub fn parse(name: &str) -> Result<Self, AuthorError> {
         Self::ALL.into_iter().find(|l| l.name() == name).ok_or_else(|| {
             let names = Self::ALL.map(Self::name);
-            AuthorError::Language {
-                found: name.into(),
-                suggestion: suggestion(name, names),
-                known: names.join(", "),
-            }
+            AuthorError::Language { found: name.into(), suggestion: suggestion(name, names), known: names.join(", ") }
         })
     }
 
     /// The file in which the author writes the block.
     pub fn source(self) -> &'static str {
         match self {
+            Self::Rust => "src/lib.rs",
             Self::C => "block.c",
             Self::Cpp => "block.cpp",
+            Self::Zig => "block.zig",
+            Self::AssemblyScript => "block.ts",
+            Self::Go => "block.go",
         }
     }
 
     /// The files an author goes on with, but those that all languages have.
     pub(crate) fn authored(self, block: &Block) -> Vec<File> {
         match self {
+            Self::Rust => rust::authored(block),
             Self::C => c::authored(block, c::Dialect::C),
             Self::Cpp => c::authored(block, c::Dialect::Cpp),
+            Self::Zig => zig::authored(block),
+            Self::AssemblyScript => assemblyscript::authored(block),
+            Self::Go => go::authored(block),
         }
     }
 
     /// The glue, from the class alone.
     pub(crate) fn generated(self, block: &Block) -> Vec<File> {
         match self {
+            Self::Rust => rust::generated(block),
             Self::C => c::generated(block, c::Dialect::C),
             Self::Cpp => c::generated(block, c::Dialect::Cpp),
+            Self::Zig => zig::generated(block),
+            Self::AssemblyScript => assemblyscript::generated(block),
+            Self::Go => go::generated(block),
         }
     }
 
     /// How the core module, or the component, is made.
     pub(crate) fn step(self, block: &Block) -> Step {
         match self {
+            Self::Rust => rust::step(block),
             Self::C => c::step(block, c::Dialect::C),
             Self::Cpp => c::step(block, c::Dialect::Cpp),
+            Self::Zig => zig::step(block),
+            Self::AssemblyScript => assemblyscript::step(block),
+            Self::Go => go::step(block),
         }
     }
 }
