@@ -47,8 +47,8 @@ pub fn create(parent: &Path, name: &str, language: Language, class: &ClassChoice
         return Err(AuthorError::Exists(folder));
     }
     let found = match class {
-        ClassChoice::Shipped(class) => wit::shipped(class)?,
-        ClassChoice::Own { folder, class } => wit::own(folder, class.as_deref())?,
+        ClassChoice::Shipped(class) => wit::shipped(class, !language.interprets())?,
+        ClassChoice::Own { folder, class } => wit::own(folder, class.as_deref(), !language.interprets())?,
     };
     let class = found.class.id.clone();
     let files = files(name, language, found);

@@ -25,7 +25,7 @@ pub fn shipped_classes() -> Vec<String> {
 }
 
 /// A shipped class by its name, with or without package and version.
-pub(crate) fn shipped(name: &str) -> Result<Found, AuthorError> {
+pub(crate) fn shipped(name: &str, log: bool) -> Result<Found, AuthorError> {
     let known = shipped_classes();
     let bare = name.split('@').next().unwrap_or_default();
     let wanted = if bare.contains('/') { bare.to_owned() } else { format!("latchwork:device/{bare}") };
@@ -44,12 +44,12 @@ pub(crate) fn shipped(name: &str) -> Result<Found, AuthorError> {
     let mut files: Vec<File> =
         text.map(|(path, text)| File::new(format!("{FOLDER}/deps/latchwork-{path}"), *text)).collect();
     files.extend(package_files(&latchwork_wit::BLOCK));
-    files.push(world(&class));
+    files.push(world(&class, log));
     Ok(Found { class, files })
 }
 
 /// The class of an author's folder: the one named, or the only one.
-pub(crate) fn own(folder: &Path, name: Option<&str>) -> Result<Found, AuthorError> {
+pub(crate) fn own(folder: &Path, name: Option<&str>, log: bool) -> Result<Found, AuthorError> {
     let folder = std::fs::canonicalize(folder).map_err(AuthorError::file(folder))?;
     let (resolve, package, paths) = own_package(&folder)?;
     let classes: Vec<InterfaceId> = resolve.packages[package]
@@ -86,7 +86,7 @@ pub(crate) fn own(folder: &Path, name: Option<&str>) -> Result<Found, AuthorErro
             files.extend(package_files(shipped));
         }
     }
-    files.push(world(&class));
+    files.push(world(&class, log));
     Ok(Found { class, files })
 }
 
@@ -115,9 +115,12 @@ fn find(resolve: &Resolve, id: &str) -> Option<InterfaceId> {
     resolve.interfaces.iter().map(|(i, _)| i).find(|i| resolve.id_of(*i).is_some_and(|full| fits(&full)))
 }
 
-fn world(class: &Class) -> File {
+/// The world. An interpreter imports whatever it could call; elsewhere only what is called is imported.
+fn world(class: &Class, log: bool) -> File {
+    let import = "import latchwork:block/log@0.1.0;";
+    let import = if log { import.to_owned() } else { format!("// For messages: {import}") };
     let text = format!(
-        "// What this block is to a plant.\npackage local:block;\n\nworld block {{\n    import latchwork:block/log@0.1.0;\n    export {};\n}}\n",
+        "// What this block is to a plant.\npackage local:block;\n\nworld block {{\n    {import}\n    export {};\n}}\n",
         class.id
     );
     File::new(format!("{FOLDER}/world.wit"), text)

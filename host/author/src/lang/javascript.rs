@@ -1,4 +1,6 @@
 //! JavaScript and TypeScript by jco, with QuickJS in the component and WASI stubbed: a clock is a fault.
+//!
+//! QuickJS takes a `u64` for a number: exact up to 2^53, which is 104 days in ns.
 
 use super::{Block, File, banner};
 use crate::class::{Class, Kind, Ty, TypeDef};
@@ -81,7 +83,7 @@ fn type_text(class: &Class, ty: &TypeDef) -> String {
             let _ = writeln!(out, "export interface {name} {{");
             for label in labels {
                 out += &comment(&label.doc, "  //");
-                let _ = writeln!(out, "  {}?: boolean;", lower_camel(&label.name));
+                let _ = writeln!(out, "  {}: boolean;", lower_camel(&label.name));
             }
             out += "}\n\n";
         }
@@ -96,7 +98,6 @@ fn type_text(class: &Class, ty: &TypeDef) -> String {
 fn type_name(class: &Class, ty: Ty) -> String {
     match ty {
         Ty::Bool => "boolean".into(),
-        Ty::U64 | Ty::S64 => "bigint".into(),
         Ty::Named(index) => camel(&class.types[index].name),
         _ => "number".into(),
     }
@@ -107,7 +108,7 @@ pub(super) fn authored(block: &Block, dialect: Dialect) -> Vec<File> {
     let typed = dialect == Dialect::TypeScript;
     let as_type = |name: &str| if typed { format!(": {name}") } else { String::new() };
     let mut out = comment(super::tagline(class), "//");
-    out += "//\n// Time is an argument: add up scan.elapsed (ns, a BigInt), and ask no clock. NaN and infinity may come in.\n";
+    out += "//\n// Time is an argument: add up scan.elapsed (ns), and ask no clock. NaN and infinity may come in.\n";
     if typed {
         let groups = [
             Some(class.scan),
@@ -188,7 +189,6 @@ pub(super) fn authored(block: &Block, dialect: Dialect) -> Vec<File> {
 fn literal(class: &Class, ty: Ty, indent: usize) -> String {
     match ty {
         Ty::Bool => "false".into(),
-        Ty::U64 | Ty::S64 => "0n".into(),
         Ty::Named(index) => match &class.types[index].kind {
             Kind::Record(fields) => {
                 let fields: Vec<String> = fields
@@ -202,7 +202,10 @@ fn literal(class: &Class, ty: Ty, indent: usize) -> String {
                 let pad = "  ".repeat(indent + 1);
                 format!("{{\n{pad}{},\n{}}}", fields.join(&format!(",\n{pad}")), "  ".repeat(indent))
             }
-            Kind::Flags(_) => "{}".into(),
+            Kind::Flags(labels) => {
+                let labels: Vec<String> = labels.iter().map(|l| format!("{}: false", lower_camel(&l.name))).collect();
+                format!("{{ {} }}", labels.join(", "))
+            }
             Kind::Enum(cases) => format!("{:?}", cases[0].name),
         },
         _ => "0".into(),

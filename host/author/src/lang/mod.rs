@@ -111,6 +111,11 @@ impl Language {
         }
     }
 
+    /// Its components carry an interpreter.
+    pub(crate) fn interprets(self) -> bool {
+        matches!(self, Self::Python | Self::JavaScript | Self::TypeScript)
+    }
+
     /// The files an author goes on with, but those that all languages have.
     pub(crate) fn authored(self, block: &Block) -> Vec<File> {
         match self {

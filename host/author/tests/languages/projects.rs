@@ -6,6 +6,7 @@ use latchwork_testbed::case::{Options, check_file};
 use sha2::{Digest, Sha256};
 use std::path::{Path, PathBuf};
 use std::process::Command;
+use std::sync::{Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
 /// Period of the engine's ticks.
@@ -46,6 +47,9 @@ pub(crate) fn engine() -> Engine {
 
 /// Writes a project, puts `sources` over it, and builds it unless that was done before.
 pub(crate) fn built(language: Language, name: &str, class: &ClassChoice, sources: &[(String, String)]) -> Outcome {
+    // One at a time: they share packages, and the machine has few cores.
+    static ONE: Mutex<()> = Mutex::new(());
+    let _one = ONE.lock().unwrap_or_else(PoisonError::into_inner);
     let base = target().join("languages").join(language.name());
     std::fs::create_dir_all(&base).expect("a folder");
     let draft = tempfile::tempdir_in(&base).expect("a folder");
@@ -61,7 +65,7 @@ pub(crate) fn built(language: Language, name: &str, class: &ClassChoice, sources
         hash.update(file);
         hash.update(std::fs::read(project.folder.join(file)).expect("a file"));
     }
-    let hash: String = hash.finalize().iter().take(8).map(|b| format!("{b:02x}")).collect();
+    let hash = hex(hash.finalize().as_slice());
     let kept = base.join(format!("{name}-{hash}")).join(name);
     let facts = kept.with_file_name("took");
     if let Some(took) = std::fs::read_to_string(&facts).ok().and_then(|t| t.parse().ok()) {
@@ -92,6 +96,11 @@ pub(crate) fn built(language: Language, name: &str, class: &ClassChoice, sources
     Outcome::Built(Made { path: kept.join(format!("{name}.wasm")), imports: made.imports, took })
 }
 
+/// The first half of a hash, for the name of a folder.
+fn hex(hash: &[u8]) -> String {
+    hash.iter().take(8).map(|b| format!("{b:02x}")).collect()
+}
+
 /// What projects of a language need not fetch or build each for itself.
 fn share(language: Language, base: &Path, project: &Path) {
     let shared = match language {
@@ -99,17 +108,21 @@ fn share(language: Language, base: &Path, project: &Path) {
         Language::AssemblyScript | Language::JavaScript | Language::TypeScript => "node_modules",
         _ => return,
     };
-    let place = base.join(format!("shared-{shared}"));
-    if shared == "node_modules" && !place.join(".package-lock.json").exists() {
-        std::fs::create_dir_all(&place).expect("a folder");
-        std::fs::copy(project.join("package.json"), base.join("package.json")).expect("the list of packages");
-        let _ = std::fs::remove_dir_all(&place);
-        let status = Command::new("npm").args(["install", "--no-audit", "--no-fund"]).current_dir(base).status();
-        if !status.is_ok_and(|s| s.success()) {
-            // The build says what is missing.
+    let list = std::fs::read_to_string(project.join("package.json")).unwrap_or_default();
+    // The name of the project is the only thing that differs.
+    let packages: String = list.lines().filter(|l| !l.contains("\"name\"")).collect();
+    // Its last part keeps its name: Node finds a package's own packages by it.
+    let place = base.join(format!("shared-{}", hex(Sha256::digest(packages).as_slice()))).join(shared);
+    if shared == "node_modules" && !place.exists() {
+        let draft = tempfile::tempdir_in(base).expect("a folder");
+        std::fs::write(draft.path().join("package.json"), list).expect("the list of packages");
+        let npm = Command::new("npm").args(["install", "--no-audit", "--no-fund"]).current_dir(draft.path()).status();
+        if !npm.is_ok_and(|s| s.success()) {
+            // The build tries it again, and says what is missing.
             return;
         }
-        std::fs::rename(base.join("node_modules"), &place).expect("the packages are moved");
+        std::fs::create_dir_all(place.parent().expect("a folder")).expect("a folder");
+        std::fs::rename(draft.path().join("node_modules"), &place).expect("the packages are moved");
     }
     std::fs::create_dir_all(&place).expect("a folder");
     std::os::unix::fs::symlink(&place, project.join(shared)).expect("a link");
