@@ -282,8 +282,9 @@ impl Reader<'_> {
 }
 
 fn refused(path: &str, kind: &str) -> String {
+    let article = if kind.starts_with(['a', 'e', 'i', 'o', 'u']) { "an" } else { "a" };
     format!(
-        "`{path}` is a {kind}; a port is a bool, a number, an enum, flags, a duration, a signal or a record of these"
+        "`{path}` is {article} {kind}; a port is a bool, a number, an enum, flags, a duration, a signal or a record of these"
     )
 }
 

@@ -5,7 +5,7 @@ use heck::{ToLowerCamelCase, ToShoutySnakeCase, ToSnakeCase, ToUpperCamelCase};
 /// The name that was probably meant.
 pub(crate) fn nearest<'a>(name: &str, known: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
     let distance = |k: &&str| strsim::damerau_levenshtein(name, k);
-    let best = known.into_iter().min_by_key(distance)?;
+    let best = known.into_iter().min_by_key(distance).filter(|_| !name.is_empty())?;
     (distance(&best) <= 2.max(name.len() / 3)).then_some(best)
 }
 

@@ -189,6 +189,8 @@ fn has_package(files: &[File], name: &str) -> bool {
 
 /// A parser's message without what the error says anyway, and without the folder's own path.
 fn tidy(why: &str, folder: &Path) -> String {
-    let why = why.replace(&format!("{}/", folder.display()), "");
-    why.strip_prefix("failed to parse package: ").map(str::to_owned).unwrap_or(why)
+    let folder = folder.display().to_string();
+    let why = why.replace(&format!("{folder}/"), "");
+    let why = why.strip_prefix("failed to parse package: ").unwrap_or(&why);
+    why.strip_prefix(&format!("{folder}: ")).unwrap_or(why).to_owned()
 }

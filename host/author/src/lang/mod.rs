@@ -235,7 +235,7 @@ mod tests {
     #[test]
     fn a_wrong_language_names_the_nearest_and_all() {
         let message = |name| Language::parse(name).unwrap_err().to_string();
-        assert!(message("c++").starts_with("no language `c++`; did you mean `c"), "{}", message("c++"));
+        assert!(message("c++").starts_with("no language `c++`; did you mean `cpp`?"), "{}", message("c++"));
         assert!(message("cobol").contains("(there are: "), "{}", message("cobol"));
         for language in Language::ALL {
             assert_eq!(Language::parse(language.name()).unwrap(), language);
