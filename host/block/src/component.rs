@@ -59,7 +59,8 @@ impl Component {
         Arc::downgrade(&self.loaded)
     }
 
-    pub(crate) fn hash_of(bytes: &[u8]) -> String {
+    /// SHA-256 of the bytes of a component, hex.
+    pub fn hash_of(bytes: &[u8]) -> String {
         hex(&Sha256::digest(bytes))
     }
 
@@ -71,6 +72,11 @@ impl Component {
     /// SHA-256 of the bytes, hex.
     pub fn hash(&self) -> &str {
         &self.loaded.hash
+    }
+
+    /// The component itself.
+    pub fn bytes(&self) -> &[u8] {
+        &self.loaded.bytes
     }
 
     /// Size in bytes.
