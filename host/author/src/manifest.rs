@@ -116,7 +116,8 @@ fn list(words: &[String]) -> String {
 impl Step {
     /// The command as a user would type it.
     pub fn shown(&self) -> String {
+        let quote = |w: &String| if w.contains(' ') { format!("'{w}'") } else { w.clone() };
         let env = self.env.iter().map(|(k, v)| format!("{k}={v}"));
-        env.chain(self.command.iter().cloned()).collect::<Vec<_>>().join(" ")
+        env.chain(self.command.iter().map(quote)).collect::<Vec<_>>().join(" ")
     }
 }

@@ -90,10 +90,13 @@ pub(crate) fn write(folder: &Path, file: &File) -> Result<(), AuthorError> {
 fn readme(block: &Block, language: Language, manifest: &Manifest) -> String {
     let name = &block.name;
     let install: Vec<String> = tools::install(language).iter().map(|l| format!("`{l}`")).collect();
-    let alone = match &manifest.build.prepare {
-        Some(prepare) => format!("{} && {}", prepare.command.join(" "), manifest.build.shown()),
-        None => manifest.build.shown(),
-    };
+    let mut alone = manifest.build.shown();
+    if manifest.build.output.starts_with("build") {
+        alone = format!("mkdir -p build && {alone}");
+    }
+    if let Some(prepare) = &manifest.build.prepare {
+        alone = format!("{} && {alone}", prepare.command.join(" "));
+    }
     format!(
         "# {name}\n\nA block of class `{class}` in {title}; you write `{source}`.\n\n\
          - tools (Debian, Raspberry Pi OS): {install}\n\

@@ -59,9 +59,14 @@ pub(crate) fn built(language: Language, name: &str, class: &ClassChoice, sources
     }
     let mut hash = Sha256::new();
     hash.update(tools(language));
+    // What makes the component of what a tool has built.
+    for part in [include_str!("../../src/component.rs"), include_str!("../../src/stub/wasi.wat")] {
+        hash.update(part);
+    }
     let mut files = project.files.clone();
     files.sort();
-    for file in &files {
+    // Neither the page nor the tests are part of the component.
+    for file in files.iter().filter(|f| *f != "README.md" && !f.ends_with(".test.toml")) {
         hash.update(file);
         hash.update(std::fs::read(project.folder.join(file)).expect("a file"));
     }
