@@ -80,7 +80,11 @@ fn run(
     let Some((program, arguments)) = words.split_first() else { return Ok(()) };
     let status = Command::new(program).args(arguments).envs(env).current_dir(folder).status();
     let status = status.map_err(AuthorError::file(program))?;
-    if status.success() { Ok(()) } else { Err(AuthorError::Failed { command: shown, status: status.code() }) }
+    if status.success() {
+        return Ok(());
+    }
+    let how = tools::how(language);
+    Err(AuthorError::Failed { command: shown, status: status.code(), language: language.title(), how })
 }
 
 /// Beside it first: whoever reads the file, a running plant perhaps, never sees half of it.

@@ -81,12 +81,19 @@ pub enum AuthorError {
         how: String,
     },
     /// A tool ran and failed.
-    #[error("`{command}` failed{}; its messages are above", .status.map_or_else(String::new, |s| format!(" (exit code {s})")))]
+    #[error(
+        "`{command}` failed{}; its messages are above. What {language} needs {how}",
+        .status.map_or_else(String::new, |s| format!(" (exit code {s})"))
+    )]
     Failed {
         /// The command.
         command: String,
         /// Its exit code, if it ended by itself.
         status: Option<i32>,
+        /// The language.
+        language: &'static str,
+        /// How to get what it needs: a compiler's own message may be that a part of it is missing.
+        how: String,
     },
     /// A tool claimed to succeed and wrote nothing.
     #[error("`{command}` succeeded and wrote no {}; `output` in block.toml says what it is to write", .output.display())]

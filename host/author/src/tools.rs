@@ -57,12 +57,13 @@ pub(crate) fn resolve(command: &[String], language: Language) -> Result<Vec<Stri
             return Ok(words.iter().map(|w| (*w).to_owned()).chain(arguments.iter().cloned()).collect());
         }
     }
+    Err(AuthorError::MissingTool { program: program.clone(), language: language.title(), how: how(language) })
+}
+
+/// How to get everything that a language needs.
+pub(crate) fn how(language: Language) -> String {
     let lines: Vec<String> = install(language).iter().map(|l| format!("  {l}")).collect();
-    Err(AuthorError::MissingTool {
-        program: program.clone(),
-        language: language.title(),
-        how: format!("on Debian and Raspberry Pi OS:\n{}", lines.join("\n")),
-    })
+    format!("on Debian and Raspberry Pi OS:\n{}", lines.join("\n"))
 }
 
 fn runs(words: &[&str]) -> bool {

@@ -155,8 +155,8 @@ const LOG: &str = r#"// A line for the plant's records. Only a block that calls 
 // @ts-ignore: decorator
 @external("latchwork:block/log@0.1.0", "write")
 declare function hostLog(level: u32, message: usize, bytes: usize): void;
-export enum Level { debug, info, warning, error }
-export function log(level: Level, message: string): void {
+export enum LogLevel { debug, info, warning, error }
+export function log(level: LogLevel, message: string): void {
   const text = String.UTF8.encode(message);
   hostLog(level, changetype<usize>(text), text.byteLength);
 }

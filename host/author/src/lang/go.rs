@@ -99,11 +99,11 @@ const CONFIGURE: &str = "err := Configure(settings)
 		refusal = text
 	}";
 
-const LOG: &str = r#"// Level of a message.
-type Level uint32
+const LOG: &str = r#"// LogLevel is the level of a message.
+type LogLevel uint32
 
 const (
-	LogDebug Level = iota
+	LogDebug LogLevel = iota
 	LogInfo
 	LogWarning
 	LogError
@@ -113,7 +113,7 @@ const (
 func hostLog(level uint32, message unsafe.Pointer, bytes uint32)
 
 // Log writes a line for the plant's records. Only a block that calls it imports the log.
-func Log(level Level, message string) {
+func Log(level LogLevel, message string) {
 	hostLog(uint32(level), unsafe.Pointer(unsafe.StringData(message)), uint32(len(message)))
 }
 

@@ -35,7 +35,7 @@ pub(super) fn execute(args: &New) -> Result<Exit> {
         }
         (None, None) => bail!("{}; for a class of your own, give --wit", missing("--class")),
     };
-    let project = create(Path::new("."), &name, language, &class)?;
+    let project = create(Path::new(""), &name, language, &class)?;
     report::say(&told(&name, language, &project));
     Ok(Exit::Fine)
 }
