@@ -2,12 +2,11 @@
 from math import isfinite, isnan
 
 from componentize_py_types import Err
-from wit_world import exports
 from wit_world.exports.bounds_check import Inputs, Outputs, Retained, Settings
 from wit_world.imports.types import Scan
 
 
-class BoundsCheck(exports.BoundsCheck):
+class Block:
     def __init__(self) -> None:
         self.settings = self.defaults()
         self.high = False

@@ -1,11 +1,10 @@
 """A motor with a contactor: started and stopped by command, supervised by its feedback."""
 from componentize_py_types import Err
-from wit_world import exports
 from wit_world.exports.motor import Alarms, Commands, Inputs, Outputs, Retained, Settings
 from wit_world.imports.types import Scan
 
 
-class Motor(exports.Motor):
+class Block:
     def __init__(self) -> None:
         self.timeout = 0
         self.starts = 0

@@ -139,7 +139,7 @@ impl Language {
             Self::Cpp => c::generated(block, c::Dialect::Cpp),
             Self::Zig => zig::generated(block),
             Self::AssemblyScript => assemblyscript::generated(block),
-            Self::Python => Vec::new(),
+            Self::Python => python::generated(block),
             Self::JavaScript => javascript::generated(block, javascript::Dialect::JavaScript),
             Self::TypeScript => javascript::generated(block, javascript::Dialect::TypeScript),
             Self::Go => go::generated(block),

@@ -1,7 +1,7 @@
 //! Python by componentize-py, with the interpreter in the component and WASI stubbed: a clock is a fault, `random` a sequence
 //! fixed when it was built.
 
-use super::{Block, File};
+use super::{Block, File, banner};
 use crate::class::{Class, Kind, Ty};
 use crate::manifest::Step;
 use crate::names::{camel, comment, shout, snake};
@@ -16,7 +16,7 @@ const KEYWORDS: &[&str] = &[
 pub(super) fn step(block: &Block) -> Step {
     let output = format!("build/{}.wasm", block.name);
     let command =
-        ["componentize-py", "-d", "wit", "-w", "block", "componentize", "app", "--stub-wasi", "-o", output.as_str()];
+        ["componentize-py", "-d", "wit", "-w", "block", "componentize", "glue", "--stub-wasi", "-o", output.as_str()];
     super::step(&command, output.clone())
 }
 
@@ -29,9 +29,31 @@ fn constant(ty: &str, label: &str) -> String {
     format!("{}.{}", camel(ty), shout(label))
 }
 
-pub(super) fn authored(block: &Block) -> Vec<File> {
+/// componentize-py makes an object of its own for each function, so what they share is apart from them.
+pub(super) fn generated(block: &Block) -> Vec<File> {
     let class = &block.class;
     let name = camel(&class.name);
+    let mut out = banner(block, "#");
+    out += "from app import Block\nfrom wit_world import exports\n\nblock = Block()\n\n\n";
+    let _ = writeln!(out, "class {name}(exports.{name}):");
+    let parameters: Vec<&str> = class.execute_parameters().iter().map(|(n, _)| *n).collect();
+    let parameters = parameters.join(", ");
+    let functions = [
+        (class.defaults, "defaults", ""),
+        (class.settings.is_some(), "configure", "settings"),
+        (true, "execute", parameters.as_str()),
+        (class.retained.is_some(), "save", ""),
+        (class.retained.is_some(), "restore", "state"),
+    ];
+    for (_, function, parameters) in functions.into_iter().filter(|(there, _, _)| *there) {
+        let own = if parameters.is_empty() { "self".to_owned() } else { format!("self, {parameters}") };
+        let _ = writeln!(out, "    def {function}({own}):\n        return block.{function}({parameters})\n");
+    }
+    vec![File::new("glue.py", out.trim_end().to_owned() + "\n")]
+}
+
+pub(super) fn authored(block: &Block) -> Vec<File> {
+    let class = &block.class;
     let module = ident(&class.name);
     let mut out = format!(
         "\"\"\"{}\n\nTime is an argument: add up scan.elapsed (ns), and ask no clock. NaN and infinity may come in.\n\"\"\"\n",
@@ -43,7 +65,6 @@ pub(super) fn authored(block: &Block) -> Vec<File> {
         names.sort();
         names.join(", ")
     };
-    out += "from wit_world import exports\n";
     let own = list(false);
     if !own.is_empty() {
         let _ = writeln!(out, "from wit_world.exports.{module} import {own}");
@@ -52,7 +73,7 @@ pub(super) fn authored(block: &Block) -> Vec<File> {
     if class.settings.is_some() {
         out += "from componentize_py_types import Err\n";
     }
-    let _ = writeln!(out, "\n\nclass {name}(exports.{name}):\n    def __init__(self) -> None:");
+    let _ = writeln!(out, "\n\nclass Block:\n    def __init__(self) -> None:");
     let start = out.len();
     for (field, ty) in [("settings", class.settings), ("retained", class.retained)] {
         if let Some(ty) = ty {

@@ -126,8 +126,8 @@ fn share(language: Language, base: &Path, project: &Path) {
     let list = std::fs::read_to_string(project.join("package.json")).unwrap_or_default();
     // The name of the project is the only thing that differs.
     let packages: String = list.lines().filter(|l| !l.contains("\"name\"")).collect();
-    // Its last part keeps its name: Node finds a package's own packages by it.
-    let place = base.join(format!("shared-{}", hex(Sha256::digest(packages).as_slice()))).join(shared);
+    // One for JavaScript and TypeScript. Its last part keeps its name: Node finds a package's own packages by it.
+    let place = base.with_file_name(format!("shared-{}", hex(Sha256::digest(packages).as_slice()))).join(shared);
     if shared == "node_modules" && !place.exists() {
         let draft = tempfile::tempdir_in(base).expect("a folder");
         std::fs::write(draft.path().join("package.json"), list).expect("the list of packages");
