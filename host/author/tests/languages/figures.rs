@@ -21,7 +21,7 @@ struct Figures {
     outputs: Vec<u64>,
 }
 
-/// Measures all, checks that every language computes the same bits, and writes the table when all languages are there.
+/// Measures all, checks that every language gives the same outputs, and writes the table when all languages are there.
 pub(crate) fn judge(table: &[(Language, &str, Made)]) {
     let mut rows = String::new();
     let mut reference: Vec<(&str, Language, Vec<u64>)> = Vec::new();
@@ -34,7 +34,7 @@ pub(crate) fn judge(table: &[(Language, &str, Made)]) {
                 assert_eq!(
                     differs,
                     None,
-                    "{block} in {} computes other bits than in {}",
+                    "{block} in {} gives other outputs than in {}",
                     language.title(),
                     first.title()
                 );
@@ -43,7 +43,7 @@ pub(crate) fn judge(table: &[(Language, &str, Made)]) {
         let size = std::fs::metadata(&made.path).expect("the component").len();
         let _ = writeln!(
             rows,
-            "| {} | {block} | {} | {} | {} | {:.1} s | {} ns ({}) | {} | same bits |",
+            "| {} | {block} | {} | {} | {} | {:.1} s | {} ns ({}) | {} | same outputs |",
             language.title(),
             language.source(),
             bytes(size),
