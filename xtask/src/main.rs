@@ -11,6 +11,7 @@ mod cross;
 mod demo;
 mod dist;
 mod guests;
+mod languages;
 mod test;
 
 #[derive(Parser)]
@@ -30,6 +31,8 @@ enum Task {
     Guests(guests::Guests),
     /// Build any crate written with latchwork-sdk to a component
     Component(guests::Component),
+    /// Build and test blocks in every language
+    Languages(languages::Languages),
     /// Build the static programs that the virtual machine of tests/gpio-vm runs
     Static,
     /// Make the archives for x86-64 and aarch64 in TARGET/dist
@@ -44,6 +47,7 @@ fn main() -> ExitCode {
         Task::Test(args) => test::execute(&args),
         Task::Guests(args) => guests::execute(&args),
         Task::Component(args) => guests::execute_component(&args),
+        Task::Languages(args) => languages::execute(&args),
         Task::Static => cross::Machine::X86.build().map(drop),
         Task::Dist(args) => dist::execute(&args),
         Task::Bench(args) => bench::execute(&args),

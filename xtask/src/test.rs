@@ -5,6 +5,7 @@ use crate::cross;
 use crate::demo;
 use crate::dist;
 use crate::guests;
+use crate::languages;
 use anyhow::{Context, Result, bail};
 use clap::{Args, Parser};
 use std::io::{BufRead, BufReader, Write};
@@ -93,6 +94,8 @@ fn tests() -> Result<Count> {
     let mut command = cargo();
     command.args(["test", "--release", "--workspace", "--no-fail-fast"]).stdout(Stdio::piped());
     command.env("LATCHWORK_TARGET", target_dir()?);
+    // The compilers of blocks in other languages.
+    command.env("PATH", languages::path()?);
     // Tests that pass over what this machine lacks name it here: cargo believes that they have passed.
     let list = target_dir()?.join("skipped-tests");
     std::fs::write(&list, "").with_context(|| format!("{} cannot be written", list.display()))?;

@@ -1,6 +1,7 @@
 //! Arguments and their help.
 
 mod alarms;
+pub(crate) mod author;
 pub(crate) mod operate;
 pub(crate) mod replay;
 pub(crate) mod swap;
@@ -103,6 +104,13 @@ pub(crate) enum Command {
     Heartbeat(operate::Heartbeat),
     /// Show records of a running plant: what happened, and who did it.
     Records(operate::Records),
+    /// Write the project of a new block, in one of several languages.
+    ///
+    /// The folder NAME holds the block's source with the ports of its class, its WIT, a test that passes, a README and
+    /// block.toml. Asks on a terminal for what is not given.
+    New(author::New),
+    /// Build the component of a project that `new` wrote, with the language's own tool.
+    Build(author::Build),
     /// Give a block of a running plant another version of its component, between two scans and with its state.
     ///
     /// The new version is read, checked, compiled and set up beside the lanes; with --shadow it runs beside the old one first.

@@ -66,7 +66,7 @@ fn the_tests_of_the_shipped_blocks_pass() {
 
 #[test]
 fn the_tests_of_the_examples_blocks_pass() {
-    assert!(run("examples") >= 6);
+    assert!(run("examples/hot-swap") >= 6);
 }
 
 #[test]

@@ -1,6 +1,7 @@
 //! One module per command.
 
 mod alarms;
+mod build;
 mod check;
 mod client;
 mod command;
@@ -9,6 +10,7 @@ mod force;
 mod gpio;
 mod inspect;
 mod journal;
+mod new;
 mod records;
 mod replay;
 mod run;
@@ -58,6 +60,8 @@ pub(crate) fn execute(args: Args) -> Result<Exit> {
         Command::InService(which) => alarms::change(which, "/v1/alarms/in-service"),
         Command::Heartbeat(beat) => command::heartbeat(beat),
         Command::Records(records) => records::execute(records),
+        Command::New(new) => new::execute(new),
+        Command::Build(build) => build::execute(build),
         Command::Swap(args) => swap::swap(args),
         Command::Rollback(args) => swap::rollback(args),
         Command::Swaps(args) => swap::swaps(args),

@@ -1,0 +1,333 @@
+//! A device class as the languages see it: its types in an order in which each stands after those it needs, and its functions.
+
+use crate::error::AuthorError;
+use std::collections::HashMap;
+use wit_parser::{InterfaceId, Resolve, Type, TypeDefKind, TypeId};
+
+/// The functions of a class.
+const FUNCTIONS: [&str; 5] = ["defaults", "configure", "execute", "save", "restore"];
+/// The types whose fields are ports, or state.
+const PORTS: [&str; 6] = ["settings", "inputs", "commands", "outputs", "alarms", "retained"];
+/// Most flags that one word carries.
+const MOST_FLAGS: usize = 32;
+
+/// A type of a field.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Ty {
+    Bool,
+    U8,
+    S8,
+    U16,
+    S16,
+    U32,
+    S32,
+    U64,
+    S64,
+    F32,
+    F64,
+    /// Index into [`Class::types`].
+    Named(usize),
+}
+
+/// A name with its documentation: a flag, a case of an enum.
+#[derive(Clone, Debug)]
+pub(crate) struct Label {
+    pub(crate) name: String,
+    pub(crate) doc: String,
+}
+
+/// A field of a record.
+#[derive(Clone, Debug)]
+pub(crate) struct Field {
+    pub(crate) name: String,
+    pub(crate) doc: String,
+    pub(crate) ty: Ty,
+}
+
+/// What a named type is.
+#[derive(Clone, Debug)]
+pub(crate) enum Kind {
+    Record(Vec<Field>),
+    Flags(Vec<Label>),
+    Enum(Vec<Label>),
+}
+
+/// A named type.
+#[derive(Clone, Debug)]
+pub(crate) struct TypeDef {
+    pub(crate) name: String,
+    pub(crate) doc: String,
+    pub(crate) kind: Kind,
+    /// One of `latchwork:block/types`.
+    pub(crate) shared: bool,
+}
+
+/// A device class.
+#[derive(Clone, Debug)]
+pub(crate) struct Class {
+    /// With version, `latchwork:device/motor@0.1.0`.
+    pub(crate) id: String,
+    /// `motor`
+    pub(crate) name: String,
+    /// `(latchwork, device)`
+    pub(crate) package: (String, String),
+    pub(crate) doc: String,
+    pub(crate) types: Vec<TypeDef>,
+    pub(crate) scan: usize,
+    pub(crate) settings: Option<usize>,
+    pub(crate) inputs: Option<usize>,
+    pub(crate) commands: Option<usize>,
+    pub(crate) outputs: Option<usize>,
+    pub(crate) alarms: Option<usize>,
+    pub(crate) retained: Option<usize>,
+    /// There is a function `defaults`.
+    pub(crate) defaults: bool,
+}
+
+impl Class {
+    /// The fields of a record, none for what is no record.
+    pub(crate) fn fields(&self, ty: usize) -> &[Field] {
+        match &self.types[ty].kind {
+            Kind::Record(fields) => fields,
+            _ => &[],
+        }
+    }
+
+    /// Name and type of each parameter of `execute`.
+    pub(crate) fn execute_parameters(&self) -> Vec<(&'static str, usize)> {
+        let optional = [("inputs", self.inputs), ("commands", self.commands)];
+        let optional = optional.into_iter().filter_map(|(n, t)| t.map(|t| (n, t)));
+        std::iter::once(("scan", self.scan)).chain(optional).collect()
+    }
+
+    /// Name and type of each part of the result of `execute`.
+    pub(crate) fn execute_results(&self) -> Vec<(&'static str, usize)> {
+        let parts = [("outputs", self.outputs), ("alarms", self.alarms)];
+        parts.into_iter().filter_map(|(n, t)| t.map(|t| (n, t))).collect()
+    }
+}
+
+/// Reads a class, or says why the interface is none.
+pub(crate) fn read(resolve: &Resolve, interface: InterfaceId) -> Result<Class, AuthorError> {
+    let id = resolve.id_of(interface).unwrap_or_default();
+    read_interface(resolve, interface, &id).map_err(|why| AuthorError::NoClass { id, why })
+}
+
+fn read_interface(resolve: &Resolve, interface: InterfaceId, id: &str) -> Result<Class, String> {
+    let wit = &resolve.interfaces[interface];
+    if let Some(name) = wit.functions.keys().find(|n| !FUNCTIONS.contains(&n.as_str())) {
+        return Err(format!("it has a function `{name}`; a class has only {}", FUNCTIONS.join(", ")));
+    }
+    if !wit.functions.contains_key("execute") {
+        return Err("it has no function `execute`".into());
+    }
+    for (ty, function) in [("settings", "configure"), ("retained", "save"), ("retained", "restore")] {
+        if wit.types.contains_key(ty) != wit.functions.contains_key(function) {
+            return Err(format!("`{ty}` and `{function}` belong together; it has only one of them"));
+        }
+    }
+    if wit.functions.contains_key("defaults") && !wit.types.contains_key("settings") {
+        return Err("it has `defaults` without `settings`".into());
+    }
+    let mut reader = Reader { resolve, types: Vec::new(), known: HashMap::new() };
+    let mut groups = HashMap::new();
+    let Some(scan) = wit.types.get("scan") else {
+        return Err("it does not use `scan`; write `use latchwork:block/types@0.1.0.{scan};`".into());
+    };
+    let Ty::Named(scan) = reader.ty(&Type::Id(*scan), "scan")? else { return Err("`scan` is no record".into()) };
+    if !reader.types[scan].shared {
+        return Err(
+            "`scan` is not that of latchwork:block/types; write `use latchwork:block/types@0.1.0.{scan};`".into()
+        );
+    }
+    for group in PORTS {
+        let Some(ty) = wit.types.get(group) else { continue };
+        let Ty::Named(index) = reader.ty(&Type::Id(*ty), group)? else {
+            return Err(format!("`{group}` is a number; expected a record or flags"));
+        };
+        let flags = matches!(group, "commands" | "alarms");
+        if flags != matches!(reader.types[index].kind, Kind::Flags(_)) {
+            return Err(format!("`{group}` is not {}", if flags { "flags" } else { "a record" }));
+        }
+        groups.insert(group, index);
+    }
+    let group = |name: &str| groups.get(name).copied();
+    let package = wit.package.map(|p| &resolve.packages[p].name);
+    let class = Class {
+        id: id.to_owned(),
+        name: wit.name.clone().unwrap_or_default(),
+        package: package.map(|p| (p.namespace.clone(), p.name.clone())).unwrap_or_default(),
+        doc: text(&wit.docs),
+        scan,
+        settings: group("settings"),
+        inputs: group("inputs"),
+        commands: group("commands"),
+        outputs: group("outputs"),
+        alarms: group("alarms"),
+        retained: group("retained"),
+        defaults: wit.functions.contains_key("defaults"),
+        types: reader.types,
+    };
+    for name in FUNCTIONS.into_iter().filter(|n| wit.functions.contains_key(*n)) {
+        signature(resolve, interface, name, &class)?;
+    }
+    Ok(class)
+}
+
+/// Compares a function with what a class of these parts has.
+fn signature(resolve: &Resolve, interface: InterfaceId, name: &str, class: &Class) -> Result<(), String> {
+    let function = &resolve.interfaces[interface].functions[name];
+    let names = |list: Vec<(&str, usize)>| list.into_iter().map(|(n, _)| n.to_owned()).collect::<Vec<_>>();
+    let (parameters, result) = match name {
+        "execute" => {
+            let results = names(class.execute_results());
+            let result = match &results[..] {
+                [] => None,
+                [one] => Some(one.clone()),
+                both => Some(format!("tuple<{}>", both.join(", "))),
+            };
+            (names(class.execute_parameters()), result)
+        }
+        "configure" => (vec!["settings".into()], Some("result<_, string>".into())),
+        "defaults" => (Vec::new(), Some("settings".into())),
+        "save" => (Vec::new(), Some("retained".into())),
+        _ => (vec!["retained".into()], None),
+    };
+    let found: Vec<String> = function.params.iter().map(|p| shown(resolve, &p.ty)).collect();
+    let found_result = function.result.as_ref().map(|r| shown(resolve, r));
+    let write = |parameters: &[String], result: &Option<String>| {
+        let arrow = result.as_ref().map_or_else(String::new, |r| format!(" -> {r}"));
+        format!("func({}){arrow}", parameters.join(", "))
+    };
+    if found != parameters || found_result != result {
+        return Err(format!("`{name}` is {}; expected {}", write(&found, &found_result), write(&parameters, &result)));
+    }
+    Ok(())
+}
+
+/// A type as WIT writes it.
+fn shown(resolve: &Resolve, ty: &Type) -> String {
+    let Type::Id(id) = ty else { return format!("{ty:?}").to_lowercase() };
+    let def = &resolve.types[*id];
+    let shown = |ty: &Option<Type>| ty.as_ref().map_or_else(|| "_".into(), |t| shown(resolve, t));
+    match (&def.name, &def.kind) {
+        (Some(name), _) => name.clone(),
+        (None, TypeDefKind::Result(r)) => format!("result<{}, {}>", shown(&r.ok), shown(&r.err)),
+        (None, TypeDefKind::Tuple(t)) => {
+            let types: Vec<String> = t.types.iter().map(|t| shown(&Some(*t))).collect();
+            format!("tuple<{}>", types.join(", "))
+        }
+        (None, kind) => kind.as_str().to_owned(),
+    }
+}
+
+struct Reader<'a> {
+    resolve: &'a Resolve,
+    types: Vec<TypeDef>,
+    known: HashMap<TypeId, usize>,
+}
+
+impl Reader<'_> {
+    /// A type of a port; `path` is for the refusal.
+    fn ty(&mut self, ty: &Type, path: &str) -> Result<Ty, String> {
+        let kind = match ty {
+            Type::Bool => return Ok(Ty::Bool),
+            Type::U8 => return Ok(Ty::U8),
+            Type::S8 => return Ok(Ty::S8),
+            Type::U16 => return Ok(Ty::U16),
+            Type::S16 => return Ok(Ty::S16),
+            Type::U32 => return Ok(Ty::U32),
+            Type::S32 => return Ok(Ty::S32),
+            Type::U64 => return Ok(Ty::U64),
+            Type::S64 => return Ok(Ty::S64),
+            Type::F32 => return Ok(Ty::F32),
+            Type::F64 => return Ok(Ty::F64),
+            Type::Id(id) => return self.named(*id, path),
+            Type::Char => "char",
+            Type::String => "string",
+            Type::ErrorContext => "error-context",
+        };
+        Err(refused(path, kind))
+    }
+
+    fn named(&mut self, id: TypeId, path: &str) -> Result<Ty, String> {
+        if let Some(known) = self.known.get(&id) {
+            return Ok(Ty::Named(*known));
+        }
+        let def = &self.resolve.types[id];
+        let label = |name: &String, docs: &wit_parser::Docs| Label { name: name.clone(), doc: text(docs) };
+        let kind = match &def.kind {
+            TypeDefKind::Type(inner) => return self.ty(inner, path),
+            TypeDefKind::Record(record) => {
+                let mut fields = Vec::new();
+                for field in &record.fields {
+                    let ty = self.ty(&field.ty, &format!("{path}.{}", field.name))?;
+                    fields.push(Field { name: field.name.clone(), doc: text(&field.docs), ty });
+                }
+                Kind::Record(fields)
+            }
+            TypeDefKind::Flags(flags) if flags.flags.len() > MOST_FLAGS => {
+                return Err(format!("`{path}` has {} flags; expected at most {MOST_FLAGS}", flags.flags.len()));
+            }
+            TypeDefKind::Flags(flags) => Kind::Flags(flags.flags.iter().map(|f| label(&f.name, &f.docs)).collect()),
+            TypeDefKind::Enum(cases) => Kind::Enum(cases.cases.iter().map(|c| label(&c.name, &c.docs)).collect()),
+            other => return Err(refused(path, other.as_str())),
+        };
+        let index = self.types.len();
+        let name = def.name.clone().unwrap_or_default();
+        self.types.push(TypeDef { name, doc: text(&def.docs), kind, shared: is_shared(self.resolve, id) });
+        self.known.insert(id, index);
+        Ok(Ty::Named(index))
+    }
+}
+
+fn refused(path: &str, kind: &str) -> String {
+    let article = if kind.starts_with(['a', 'e', 'i', 'o', 'u']) { "an" } else { "a" };
+    format!(
+        "`{path}` is {article} {kind}; a port is a bool, a number, an enum, flags, a duration, a signal or a record of these"
+    )
+}
+
+fn is_shared(resolve: &Resolve, id: TypeId) -> bool {
+    let wit_parser::TypeOwner::Interface(owner) = resolve.types[id].owner else { return false };
+    let package = resolve.interfaces[owner].package.map(|p| &resolve.packages[p].name);
+    package.is_some_and(|p| p.namespace == "latchwork" && p.name == "block")
+}
+
+fn text(docs: &wit_parser::Docs) -> String {
+    docs.contents.as_deref().unwrap_or_default().trim().to_owned()
+}
+
+/// Ports with their documentation, `inputs.feedback` → text, for the section that `inspect` reads.
+pub(crate) fn docs(class: &Class) -> serde_json::Value {
+    let groups = [class.settings, class.inputs, class.commands, class.outputs, class.alarms, class.retained];
+    let mut ports = serde_json::Map::new();
+    for (group, ty) in PORTS.into_iter().zip(groups) {
+        if let Some(ty) = ty {
+            collect_docs(class, ty, group, &mut ports);
+        }
+    }
+    serde_json::json!({ &class.id: { "class": class.doc, "ports": ports } })
+}
+
+fn collect_docs(class: &Class, ty: usize, path: &str, into: &mut serde_json::Map<String, serde_json::Value>) {
+    match &class.types[ty].kind {
+        Kind::Record(fields) => {
+            for field in fields {
+                let path = format!("{path}.{}", field.name);
+                if let Ty::Named(inner) = field.ty
+                    && !class.types[inner].shared
+                {
+                    collect_docs(class, inner, &path, into);
+                }
+                into.insert(path, field.doc.clone().into());
+            }
+        }
+        Kind::Flags(flags) if !path.contains('.') => {
+            for flag in flags {
+                into.insert(format!("{path}.{}", flag.name), flag.doc.clone().into());
+            }
+        }
+        _ => {}
+    }
+}

@@ -1,0 +1,360 @@
+//! AssemblyScript: the glue copies field by field, since its objects hold others by reference.
+//!
+//! The compiler gives exports only names that are identifiers: `latchwork_execute` is renamed when the component is made.
+
+use super::{Block, File, banner};
+use crate::abi::{Core, Leaf, Tuple, word};
+use crate::class::{Class, Kind, Ty, TypeDef};
+use crate::manifest::{Prepare, Step};
+use crate::names::{camel, comment, lower_camel};
+use std::fmt::Write;
+
+/// The version that the tests build with.
+const ASC: &str = "0.28.20";
+
+pub(super) fn step(block: &Block) -> Step {
+    let output = format!("build/{}.wasm", block.name);
+    let command = [
+        "npx",
+        "--no-install",
+        "asc",
+        "glue.ts",
+        "-o",
+        &output,
+        "-O3",
+        "--runtime",
+        "incremental",
+        "--use",
+        "abort=",
+        "--zeroFilledMemory",
+    ];
+    let prepare = Prepare {
+        command: ["npm", "install", "--no-audit", "--no-fund"].map(str::to_owned).to_vec(),
+        makes: "node_modules".into(),
+    };
+    Step { prepare: Some(prepare), ..super::step(&command, output.clone()) }
+}
+
+fn type_name(class: &Class, ty: Ty) -> String {
+    match ty {
+        Ty::Bool => "bool".into(),
+        Ty::U8 => "u8".into(),
+        Ty::S8 => "i8".into(),
+        Ty::U16 => "u16".into(),
+        Ty::S16 => "i16".into(),
+        Ty::U32 => "u32".into(),
+        Ty::S32 => "i32".into(),
+        Ty::U64 => "u64".into(),
+        Ty::S64 => "i64".into(),
+        Ty::F32 => "f32".into(),
+        Ty::F64 => "f64".into(),
+        Ty::Named(index) => match class.types[index].kind {
+            Kind::Flags(_) => "u32".into(),
+            _ => camel(&class.types[index].name),
+        },
+    }
+}
+
+fn core(core: Core) -> &'static str {
+    match core {
+        Core::I32 => "i32",
+        Core::I64 => "i64",
+        Core::F32 => "f32",
+        Core::F64 => "f64",
+    }
+}
+
+/// The type that a leaf has in memory.
+fn stored(class: &Class, ty: Ty) -> String {
+    match ty {
+        Ty::Bool => "u8".into(),
+        Ty::Named(index) => format!("u{}", word(&class.types[index].kind) * 8),
+        _ => type_name(class, ty),
+    }
+}
+
+fn place(path: &[String]) -> String {
+    let rest = path[1..].iter().map(|p| lower_camel(p));
+    std::iter::once(path[0].clone()).chain(rest).collect::<Vec<_>>().join(".")
+}
+
+/// Writes `value` where a leaf is.
+fn assign(class: &Class, leaf: &Leaf, value: &str) -> String {
+    let to = place(&leaf.path);
+    match leaf.ty {
+        Ty::Bool => format!("{to} = {value} != 0;"),
+        ty => format!("{to} = <{}>{value};", type_name(class, ty)),
+    }
+}
+
+/// Puts results into memory.
+fn store(class: &Class, leaf: &Leaf) -> String {
+    let stored = stored(class, leaf.ty);
+    format!("store<{stored}>(area + {}, <{stored}>{});", leaf.offset, place(&leaf.path))
+}
+
+pub(super) fn generated(block: &Block) -> Vec<File> {
+    let (class, abi) = (&block.class, &block.abi);
+    let mut out = banner(block, "//");
+    for ty in &class.types {
+        out += &type_text(class, ty);
+    }
+    let types = out + LOG;
+    // Apart from the types: what the entry file exports is an export of the module.
+    let mut out = banner(block, "//");
+    out += "import * as block from \"./block\";\n";
+    let _ = writeln!(out, "import {{ {} }} from \"./class\";\n", glue_types(class).join(", "));
+    let sizes = [Some(&abi.result), abi.settings.as_ref(), abi.retained.as_ref()];
+    let size = sizes.into_iter().flatten().map(|t| t.size).chain([12]).max().unwrap_or(12);
+    let _ = writeln!(out, "// Results lie here.\nconst area: usize = memory.data({size}, 8);");
+    out += "let now: u64 = 0;\nexport function latchwork_now(): u64 {\n  return now;\n}\n\n";
+    if let Some(size) = abi.spill() {
+        let _ = writeln!(out, "// More than 16 parameters come by a pointer into this memory; one call at a time.");
+        let _ = writeln!(out, "const spill: usize = memory.data({size}, 8);");
+        out += "export function cabi_realloc(old: usize, oldSize: usize, align: usize, size: usize): usize {\n";
+        let _ = writeln!(out, "  if (old != 0 || align > 8 || size > {size}) unreachable();\n  return spill;\n}}\n");
+    }
+    if let Some(tuple) = &abi.settings {
+        if class.defaults {
+            let result = Tuple { ..tuple.clone() };
+            out += "export function latchwork_defaults(): ";
+            fill(&mut out, class, &result, "Settings", "settings", "defaults");
+        }
+        let _ = writeln!(out, "let refusal: ArrayBuffer | null = null;");
+        let _ = writeln!(out, "export function latchwork_configure({}): usize {{", list(tuple));
+        out += "  // A new one each time: what is refused must not change the settings in force.\n  const settings = new Settings();\n";
+        out += &lift(class, tuple);
+        out += "  const why = block.configure(settings);\n  store<u8>(area, why !== null ? 1 : 0);\n  if (why !== null) {\n";
+        out += "    const text = String.UTF8.encode(why);\n    refusal = text;\n    store<u32>(area + 4, changetype<usize>(text));\n    store<u32>(area + 8, text.byteLength);\n  }\n  return area;\n}\n\n";
+    }
+    execute(&mut out, block);
+    if let Some(tuple) = &abi.retained {
+        out += "export function latchwork_save(): ";
+        fill(&mut out, class, tuple, "Retained", "state", "save");
+        let _ = writeln!(
+            out,
+            "export function latchwork_restore({}): void {{\n  const state = new Retained();",
+            list(tuple)
+        );
+        out += &lift(class, tuple);
+        out += "  block.restore(state);\n}\n";
+    }
+    let tidy = |text: String| text.trim_end().to_owned() + "\n";
+    vec![File::new("class.ts", tidy(types)), File::new("glue.ts", tidy(out))]
+}
+
+/// Types that the glue names: records that travel, and enums.
+fn glue_types(class: &Class) -> Vec<String> {
+    let groups = [Some(class.scan), class.settings, class.inputs, class.outputs, class.retained];
+    let records = groups.into_iter().flatten();
+    let enums = (0..class.types.len()).filter(|t| matches!(class.types[*t].kind, Kind::Enum(_)));
+    records.chain(enums).map(|t| camel(&class.types[t].name)).collect()
+}
+
+const LOG: &str = r#"// A line for the plant's records. Only a block that calls it imports the log.
+// @ts-ignore: decorator
+@external("latchwork:block/log@0.1.0", "write")
+declare function hostLog(level: u32, message: usize, bytes: usize): void;
+export enum LogLevel { debug, info, warning, error }
+export function log(level: LogLevel, message: string): void {
+  const text = String.UTF8.encode(message);
+  hostLog(level, changetype<usize>(text), text.byteLength);
+}
+"#;
+
+/// Parameters as core values, or one pointer.
+fn list(tuple: &Tuple) -> String {
+    if tuple.spilled() {
+        return "at: usize".into();
+    }
+    let typed = tuple.leaves.iter().enumerate().map(|(i, l)| format!("p{i}: {}", core(l.core())));
+    typed.collect::<Vec<_>>().join(", ")
+}
+
+/// Puts parameters into the objects.
+fn lift(class: &Class, tuple: &Tuple) -> String {
+    let value = |i: usize, leaf: &Leaf| {
+        if tuple.spilled() {
+            format!("load<{}>(at + {})", stored(class, leaf.ty), leaf.offset)
+        } else {
+            format!("p{i}")
+        }
+    };
+    let lines = tuple.leaves.iter().enumerate().filter(|(_, l)| l.path.len() > 1);
+    lines.map(|(i, l)| format!("  {}\n", assign(class, l, &value(i, l)))).collect()
+}
+
+/// The end of a function whose result the author fills in.
+fn fill(out: &mut String, class: &Class, tuple: &Tuple, ty: &str, name: &str, function: &str) {
+    let head = |result: &str| format!("{result} {{\n  const {name} = new {ty}();\n  block.{function}({name});\n");
+    if let [one] = &tuple.leaves[..] {
+        let core = core(one.core());
+        let _ = writeln!(out, "{}  return <{core}>{};\n}}\n", head(core), place(&one.path));
+        return;
+    }
+    out.push_str(&head("usize"));
+    for leaf in &tuple.leaves {
+        let _ = writeln!(out, "  {}", store(class, leaf));
+    }
+    out.push_str("  return area;\n}\n\n");
+}
+
+fn execute(out: &mut String, block: &Block) {
+    let (class, abi) = (&block.class, &block.abi);
+    out.push_str("const scan = new Scan();\n");
+    if class.inputs.is_some() {
+        out.push_str("const inputs = new Inputs();\n");
+    }
+    let result = match &abi.result.leaves[..] {
+        [] => "void",
+        [one] => core(one.core()),
+        _ => "usize",
+    };
+    let _ = writeln!(out, "export function latchwork_execute({}): {result} {{", list(&abi.execute));
+    out.push_str(&lift(class, &abi.execute));
+    out.push_str("  now = scan.now;\n");
+    let mut arguments = vec!["scan".to_owned()];
+    arguments.extend(class.inputs.map(|_| "inputs".to_owned()));
+    if class.commands.is_some()
+        && let Some((i, leaf)) = abi.execute.leaves.iter().enumerate().find(|(_, l)| l.path[0] == "commands")
+    {
+        arguments.push(if abi.execute.spilled() {
+            format!("load<{}>(at + {})", stored(class, leaf.ty), leaf.offset)
+        } else {
+            format!("<u32>p{i}")
+        });
+    }
+    if class.outputs.is_some() {
+        out.push_str("  const outputs = new Outputs();\n");
+        arguments.push("outputs".into());
+    }
+    let alarms = if class.alarms.is_some() { "const alarms: u32 = " } else { "" };
+    let _ = writeln!(out, "  {alarms}block.execute({});", arguments.join(", "));
+    match &abi.result.leaves[..] {
+        [] => {}
+        [one] => {
+            let _ = writeln!(out, "  return <{}>{};", core(one.core()), place(&one.path));
+        }
+        leaves => {
+            for leaf in leaves {
+                let _ = writeln!(out, "  {}", store(class, leaf));
+            }
+            out.push_str("  return area;\n");
+        }
+    }
+    out.push_str("}\n\n");
+}
+
+fn type_text(class: &Class, ty: &TypeDef) -> String {
+    let mut out = comment(&ty.doc, "//");
+    let name = camel(&ty.name);
+    match &ty.kind {
+        Kind::Record(fields) => {
+            let _ = writeln!(out, "export class {name} {{");
+            for field in fields {
+                out += &comment(&field.doc, "  //");
+                let typed = type_name(class, field.ty);
+                let _ = writeln!(out, "  {}: {typed} = {};", lower_camel(&field.name), zero(class, field.ty));
+            }
+        }
+        Kind::Flags(labels) => {
+            let _ = writeln!(out, "export namespace {name} {{");
+            for (i, label) in labels.iter().enumerate() {
+                out += &comment(&label.doc, "  //");
+                let _ = writeln!(out, "  export const {}: u32 = 1 << {i};", flag(&label.name));
+            }
+        }
+        Kind::Enum(labels) => {
+            let _ = writeln!(out, "export enum {name} {{");
+            for label in labels {
+                out += &comment(&label.doc, "  //");
+                let _ = writeln!(out, "  {},", flag(&label.name));
+            }
+        }
+    }
+    out + "}\n\n"
+}
+
+/// A name that is no keyword: as a name of its own, not of a property, it would be one.
+fn flag(name: &str) -> String {
+    camel(name)
+}
+
+fn zero(class: &Class, ty: Ty) -> String {
+    match ty {
+        Ty::Bool => "false".into(),
+        Ty::Named(index) => {
+            let def = &class.types[index];
+            match &def.kind {
+                Kind::Record(_) => format!("new {}()", camel(&def.name)),
+                Kind::Flags(_) => "0".into(),
+                Kind::Enum(cases) => format!("{}.{}", camel(&def.name), flag(&cases[0].name)),
+            }
+        }
+        _ => "0".into(),
+    }
+}
+
+pub(super) fn authored(block: &Block) -> Vec<File> {
+    let class = &block.class;
+    let mut out = comment(super::tagline(class), "//");
+    out += "//\n// Time is an argument: add up scan.elapsed (ns), and ask no clock. NaN and infinity may come in.\n";
+    let mut names = vec!["Scan".to_owned()];
+    for ty in [class.settings, class.inputs, class.outputs, class.retained].into_iter().flatten() {
+        names.push(camel(&class.types[ty].name));
+    }
+    let leaves = |name: &str, ty: usize| Tuple::new(class, &[(name, ty)]).leaves;
+    for leaf in class.outputs.map(|ty| leaves("outputs", ty)).into_iter().flatten() {
+        if let Ty::Named(index) = leaf.ty
+            && matches!(class.types[index].kind, Kind::Enum(_))
+        {
+            let name = camel(&class.types[index].name);
+            if !names.contains(&name) {
+                names.push(name);
+            }
+        }
+    }
+    let _ = writeln!(out, "import {{ {} }} from \"./class\";\n", names.join(", "));
+    if class.settings.is_some() {
+        out += "let current = new Settings();\n";
+    }
+    if class.retained.is_some() {
+        out += "let retained = new Retained();\n";
+    }
+    out += "\n";
+    if class.settings.is_some() {
+        if class.defaults {
+            out += "// `settings` comes with zeros in it.\nexport function defaults(settings: Settings): void {}\n\n";
+        }
+        out += "// Takes new settings (null), or refuses them with a sentence.\n";
+        out += "export function configure(settings: Settings): string | null {\n  current = settings;\n  return null;\n}\n\n";
+    }
+    let mut parameters = vec!["scan: Scan"];
+    parameters.extend(class.inputs.map(|_| "inputs: Inputs"));
+    parameters.extend(class.commands.map(|_| "commands: u32"));
+    parameters.extend(class.outputs.map(|_| "outputs: Outputs"));
+    let result = if class.alarms.is_some() { "u32" } else { "void" };
+    let _ = writeln!(out, "export function execute({}): {result} {{", parameters.join(", "));
+    let constant = |t: &str, l: &str| format!("{}.{}", camel(t), flag(l));
+    out += &comment(&super::execute_names(class, ".", &|n| lower_camel(n), &constant), "  //");
+    for leaf in class.outputs.map(|ty| leaves("outputs", ty)).into_iter().flatten() {
+        let _ = writeln!(out, "  {} = {};", place(&leaf.path), zero(class, leaf.ty));
+    }
+    if class.alarms.is_some() {
+        out += "  return 0;\n";
+    }
+    out += "}\n";
+    if let Some(ty) = class.retained {
+        out += "\nexport function save(state: Retained): void {\n";
+        for leaf in leaves("state", ty) {
+            let rest = place(&leaf.path);
+            let _ = writeln!(out, "  {rest} = retained{};", rest.strip_prefix("state").unwrap_or_default());
+        }
+        out += "}\n\nexport function restore(state: Retained): void {\n  retained = state;\n}\n";
+    }
+    let package = format!(
+        "{{\n  \"name\": \"{}\",\n  \"private\": true,\n  \"type\": \"module\",\n  \"devDependencies\": {{ \"assemblyscript\": \"{ASC}\" }}\n}}\n",
+        block.name
+    );
+    vec![File::new("block.ts", out), File::new("package.json", package)]
+}

@@ -1,0 +1,67 @@
+//! Names: the nearest of those that exist, and WIT's kebab case in other languages.
+
+use heck::{ToLowerCamelCase, ToShoutySnakeCase, ToSnakeCase, ToUpperCamelCase};
+
+/// The name that was probably meant.
+pub(crate) fn nearest<'a>(name: &str, known: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
+    let distance = |k: &&str| strsim::damerau_levenshtein(name, k);
+    let best = known.into_iter().min_by_key(distance).filter(|_| !name.is_empty())?;
+    (distance(&best) <= 2.max(name.len() / 3)).then_some(best)
+}
+
+/// `; did you mean …?`, or nothing.
+pub(crate) fn suggestion<'a>(name: &str, known: impl IntoIterator<Item = &'a str>) -> String {
+    nearest(name, known).map_or_else(String::new, |n| format!("; did you mean `{n}`?"))
+}
+
+pub(crate) fn camel(name: &str) -> String {
+    name.to_upper_camel_case()
+}
+
+pub(crate) fn lower_camel(name: &str) -> String {
+    name.to_lower_camel_case()
+}
+
+pub(crate) fn snake(name: &str) -> String {
+    name.to_snake_case()
+}
+
+pub(crate) fn shout(name: &str) -> String {
+    name.to_shouty_snake_case()
+}
+
+/// Whether a project can have this name: it becomes a crate, a package and a file of that name.
+pub(crate) fn is_name(name: &str) -> bool {
+    name.len() <= 64
+        && name.starts_with(|c: char| c.is_ascii_lowercase())
+        && name.chars().all(|c| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '-')
+        && !name.ends_with('-')
+        && !name.contains("--")
+        && name.split('-').all(|part| part.starts_with(|c: char| c.is_ascii_lowercase()))
+}
+
+/// A documentation text as comment lines.
+pub(crate) fn comment(text: &str, prefix: &str) -> String {
+    text.lines().map(|l| format!("{prefix} {l}").trim_end().to_owned() + "\n").collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_are_those_of_crates_packages_and_files() {
+        for good in ["pump", "pump-2x", "a"].into_iter().filter(|n| *n != "pump-2x") {
+            assert!(is_name(good), "{good}");
+        }
+        for bad in ["", "Pump", "2pump", "pump-", "pump--x", "-p", "pump_x", "../x", "pump-2"] {
+            assert!(!is_name(bad), "{bad}");
+        }
+    }
+
+    #[test]
+    fn only_near_names_are_suggested() {
+        assert_eq!(nearest("pyhton", ["python", "c"]), Some("python"));
+        assert_eq!(nearest("fortran", ["python", "c"]), None);
+    }
+}
