@@ -78,6 +78,11 @@ impl Component {
         self.loaded.bytes.len() as u64
     }
 
+    /// The component as it was loaded.
+    pub fn bytes(&self) -> &[u8] {
+        &self.loaded.bytes
+    }
+
     /// What it imports, besides interfaces that hold types only.
     pub fn imports(&self) -> &[String] {
         &self.loaded.imports

@@ -4,4 +4,5 @@
 //! plants, lanes, drivers or terminals.
 
 pub mod case;
+pub mod fuzz;
 pub mod replay;
