@@ -2,6 +2,7 @@
 
 mod alarms;
 pub(crate) mod operate;
+pub(crate) mod test;
 
 pub(crate) use alarms::{AlarmsCommand, Codes, CodesFormat, Report, ReportFormat};
 use clap::{Args as ClapArgs, Parser, Subcommand, ValueEnum};
@@ -96,6 +97,11 @@ pub(crate) enum Command {
     Heartbeat(operate::Heartbeat),
     /// Show records of a running plant: what happened, and who did it.
     Records(operate::Records),
+    /// Test blocks without a plant: cases of steps at virtual time, from files FILE.test.toml.
+    ///
+    /// A case starts a new instance of the component, gives it inputs, commands and settings at times of its own, and says
+    /// what outputs, alarms and state are to be. docs/testing-a-block.md shows how such a file is written.
+    Test(test::Test),
     /// Print the JSON Schema of the plant file, for editors.
     ///
     /// In VS Code with the Even Better TOML extension, put `#:schema plant.schema.json` in the first line of the plant

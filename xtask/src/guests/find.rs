@@ -16,6 +16,8 @@ pub(super) struct Crate {
     pub(super) module: String,
     /// One of the project's own components, with limits to keep; otherwise a test's or an author's.
     pub(super) shipped: bool,
+    /// A block of an example.
+    pub(super) example: bool,
     /// A logger, built for WASI 0.2: its Cargo.toml says `[package.metadata.latchwork] logger = true`.
     pub(super) logger: bool,
 }
@@ -24,13 +26,15 @@ pub(super) struct Crate {
 pub(super) fn of_workspace() -> Result<(Vec<Crate>, PathBuf)> {
     let mut command = cargo();
     let metadata = metadata(&mut command)?;
-    let (components, guests) = (root().join("components"), root().join("tests/guests"));
+    let (components, guests, examples) =
+        (root().join("components"), root().join("tests/guests"), root().join("examples"));
     let mut crates = Vec::new();
     for package in members(&metadata) {
         let manifest = Path::new(text(package, "manifest_path")?);
         let shipped = manifest.starts_with(&components);
-        if shipped || manifest.starts_with(&guests) {
-            crates.extend(read(package, shipped)?);
+        let example = manifest.starts_with(&examples);
+        if shipped || example || manifest.starts_with(&guests) {
+            crates.extend(read(package, shipped)?.map(|krate| Crate { example, ..krate }));
         }
     }
     crates.sort_by(|a, b| (!a.shipped, &a.name).cmp(&(!b.shipped, &b.name)));
@@ -103,6 +107,7 @@ fn read(package: &Value, shipped: bool) -> Result<Option<Crate>> {
         package: package.to_owned(),
         module: format!("{}.wasm", text(library, "name")?.replace('-', "_")),
         shipped,
+        example: false,
         logger,
     }))
 }

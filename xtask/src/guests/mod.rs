@@ -5,10 +5,12 @@
 //! ```
 
 mod build;
+pub(crate) mod c;
 mod component;
 mod find;
 mod report;
 
+use crate::cross;
 use anyhow::{Context, Result, bail};
 use clap::Args;
 use std::path::{Path, PathBuf};
@@ -16,7 +18,7 @@ use std::path::{Path, PathBuf};
 /// Arguments of `cargo xtask guests`.
 #[derive(Args, Debug, Default)]
 pub(crate) struct Guests {
-    /// Where all components go, instead of `components` and `test-components` in cargo's target folder
+    /// Where all components go, instead of `components`, `test-components` and `example-components` in cargo's target folder
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
     /// Only these, by name (`ton`) or crate name (`latchwork-ton`)
@@ -33,17 +35,31 @@ pub(crate) struct Component {
     out: Option<PathBuf>,
 }
 
+/// Folder of the examples' blocks in cargo's target folder.
+const EXAMPLES: &str = "example-components";
+
 /// Builds the project's function blocks that `args` name, all of them if none is named.
 pub(crate) fn execute(args: &Guests) -> Result<()> {
     let (all, target) = find::of_workspace()?;
-    let chosen = find::choose(all, &args.names)?;
+    let (in_c, names): (Vec<_>, Vec<_>) = args.names.iter().cloned().partition(|name| c::is_one(name));
+    if args.names.is_empty() || !in_c.is_empty() {
+        let out = args.out.clone().unwrap_or_else(|| target.join(EXAMPLES));
+        cross::unless_missing(c::TOOLS, || c::build(&out))?;
+        if !args.names.is_empty() && names.is_empty() {
+            return Ok(());
+        }
+    }
+    let chosen = find::choose(all, &names)?;
     if chosen.is_empty() {
-        bail!("no function blocks found: a block is a crate of components/ or tests/guests/ with crate-type cdylib");
+        bail!(
+            "no function blocks found: a block is a crate of components/, examples/ or tests/guests/ with crate-type cdylib"
+        );
     }
     build::need_targets(&chosen)?;
     let modules = build::workspace(&chosen, &target)?;
     write_all(&chosen, &modules, |krate| match &args.out {
         Some(out) => out.clone(),
+        None if krate.example => target.join(EXAMPLES),
         None => target.join(if krate.shipped { "components" } else { "test-components" }),
     })
 }

@@ -15,6 +15,7 @@ mod schema;
 mod set;
 mod status;
 mod tags;
+mod test;
 mod watch;
 
 use crate::Exit;
@@ -53,6 +54,7 @@ pub(crate) fn execute(args: Args) -> Result<Exit> {
         Command::InService(which) => alarms::change(which, "/v1/alarms/in-service"),
         Command::Heartbeat(beat) => command::heartbeat(beat),
         Command::Records(records) => records::execute(records),
+        Command::Test(test) => test::execute(&engine()?, test),
         Command::Schema => schema::execute(),
     }
 }

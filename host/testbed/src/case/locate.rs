@@ -12,8 +12,8 @@ pub(super) struct Finder<'a> {
     /// Folder of the test file.
     base: PathBuf,
     folders: Vec<PathBuf>,
-    /// What was found, for those who watch.
-    pub(super) found: Vec<PathBuf>,
+    /// Every file that was looked for, for those who wait for a change.
+    pub(super) tried: Vec<PathBuf>,
 }
 
 impl<'a> Finder<'a> {
@@ -28,7 +28,7 @@ impl<'a> Finder<'a> {
                 folders.extend(built(&base));
             }
         }
-        Self { engine, base, folders, found: Vec::new() }
+        Self { engine, base, folders, tried: Vec::new() }
     }
 
     /// Loads a component and the class of it that is tested, or says what is in the way.
@@ -51,7 +51,6 @@ impl<'a> Finder<'a> {
             let template = component.template(&class)?;
             Ok(Subject { component, class, template })
         });
-        self.found.push(path.clone());
         loaded.map_err(|e| checker.add(Finding::error(span, format!("{}: {e}", path.display())))).ok()
     }
 
@@ -68,15 +67,19 @@ impl<'a> Finder<'a> {
         self.subject(checker, name, class.map(bare).as_deref(), span)
     }
 
-    fn path(&self, name: &str) -> Result<PathBuf, Finding> {
+    fn path(&mut self, name: &str) -> Result<PathBuf, Finding> {
         let error = |message| Finding::error(&(0..0), message);
         if name.ends_with(".wasm") {
             let path = self.base.join(name);
+            self.tried.push(path.clone());
             return if path.is_file() { Ok(path) } else { Err(error(format!("there is no file {}", path.display()))) };
         }
         let file = format!("{name}.wasm");
-        if let Some(path) = self.folders.iter().map(|f| f.join(&file)).find(|p| p.is_file()) {
-            return Ok(path);
+        for path in self.folders.iter().map(|f| f.join(&file)) {
+            self.tried.push(path.clone());
+            if path.is_file() {
+                return Ok(path);
+            }
         }
         let list: Vec<_> = self.folders.iter().map(|f| shown(f)).collect();
         let finding = error(format!("there is no component `{name}`; searched in {}", list.join(", ")));

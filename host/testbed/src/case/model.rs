@@ -12,8 +12,6 @@ pub struct TestFile {
     pub path: PathBuf,
     /// What is tested.
     pub subject: Subject,
-    /// Other files that it names: components, tables. A change of one changes the tests.
-    pub files: Vec<PathBuf>,
     /// The cases in the order of the file.
     pub cases: Vec<Case>,
     /// Longest execution, ns of the machine's clock.

@@ -30,6 +30,8 @@ pub struct Checked {
     pub text: String,
     /// What is wrong with it.
     pub findings: Vec<Finding>,
+    /// Files that it names, whether they are there or not: components, tables. A change of one changes the tests.
+    pub files: Vec<PathBuf>,
     /// The tests; `None` when there is any finding.
     pub file: Option<TestFile>,
 }
@@ -54,7 +56,7 @@ pub fn check_file(path: &Path, engine: &Engine, options: &Options) -> Checked {
             let message = format!("the file cannot be read: {error}");
             let finding = Finding { span: None, ..Finding::error(&(0..0), message) };
             let finding = finding.help("expected a test file, as in `latchwork test ton.test.toml`");
-            Checked { path: path.into(), text: String::new(), findings: vec![finding], file: None }
+            Checked { path: path.into(), text: String::new(), findings: vec![finding], files: Vec::new(), file: None }
         }
     }
 }
@@ -63,11 +65,11 @@ pub fn check_file(path: &Path, engine: &Engine, options: &Options) -> Checked {
 pub fn check_text(path: &Path, text: String, engine: &Engine, options: &Options) -> Checked {
     let (table, syntax) = parse(&text);
     let mut checker = Checker { findings: syntax, ..Checker::default() };
-    let file = read(&mut checker, table.get_ref(), &text, path, engine, options);
+    let (file, files) = read(&mut checker, table.get_ref(), &text, path, engine, options);
     let mut findings = checker.findings;
     findings.sort_by_key(|f| f.span.as_ref().map(|s| s.start));
     let file = file.filter(|_| findings.is_empty());
-    Checked { path: path.into(), text, findings, file }
+    Checked { path: path.into(), text, findings, files, file }
 }
 
 /// What all cases of a file share.
@@ -93,7 +95,7 @@ fn read<'a>(
     path: &Path,
     engine: &'a Engine,
     options: &Options,
-) -> Option<TestFile> {
+) -> (Option<TestFile>, Vec<PathBuf>) {
     let start = 0..text.find('\n').unwrap_or(text.len());
     let values = table(checker, &keys::FILE, root, &start, &["case", "settings", "inputs"]);
     let folders = match values.get("components") {
@@ -131,16 +133,16 @@ fn read<'a>(
                 .help("add one: [[case]], name = \"…\", and [[case.step]]"),
         ),
     }
-    let mut files = common.finder.found;
+    let mut files = common.finder.tried;
     files.extend(common.files);
-    Some(TestFile {
+    let file = common.subject.map(|subject| TestFile {
         path: path.into(),
-        subject: common.subject?,
-        files,
+        subject,
         cases,
         budget: values.duration("budget").unwrap_or(1_000_000_000),
         memory: values.size("memory").unwrap_or(4 << 20),
-    })
+    });
+    (file, files)
 }
 
 /// What a case begins with; each level adds to the one above.

@@ -96,6 +96,7 @@ impl Steps {
 
     fn csv(&mut self, checker: &mut Checker, common: &mut Common<'_>, file: &str, span: &Span) {
         let path = common.base.join(file);
+        common.files.push(path.clone());
         let text = match std::fs::read_to_string(&path) {
             Ok(text) => text,
             Err(error) => {
@@ -103,7 +104,6 @@ impl Steps {
                 return;
             }
         };
-        common.files.push(path);
         let mut reader =
             csv::ReaderBuilder::new().comment(Some(b'#')).trim(csv::Trim::All).from_reader(text.as_bytes());
         let headers = match reader.headers() {

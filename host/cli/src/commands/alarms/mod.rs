@@ -40,7 +40,7 @@ fn deliver(text: &str, output: Option<&Path>) -> Result<()> {
 }
 
 /// A text that may stand in XML: names and texts come from files, and most control characters may not, however they are written.
-fn printable(text: &str) -> Cow<'_, str> {
+pub(super) fn printable(text: &str) -> Cow<'_, str> {
     let refused = |c: char| (c.is_control() && c != '\n' && c != '\t') || matches!(c, '\u{fffe}' | '\u{ffff}');
     if text.contains(refused) { text.replace(refused, "\u{fffd}").into() } else { text.into() }
 }

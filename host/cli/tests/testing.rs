@@ -1,0 +1,186 @@
+//! `latchwork test` as a user meets it. What differs from run to run, its times, is left out.
+
+use std::io::{BufRead, BufReader};
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, Output, Stdio};
+use std::sync::mpsc::{Receiver, channel};
+use std::time::Duration;
+use tempfile::TempDir;
+
+const TIMER: &str = r#"component = "ton"
+every = "10ms"
+inputs = { pt = "30ms" }
+
+[[case]]
+name = "the output follows after the time"
+[[case.step]]
+at = "0ms"
+inputs = { in = true }
+expect = { outputs = { q = false } }
+[[case.step]]
+at = "30ms"
+expect = { outputs = { q = true, et = "30ms" } }
+"#;
+
+const WRONG: &str = r#"
+[[case]]
+name = "the output comes too early <&>"
+step = [{ inputs = { in = true } }, { at = "20ms", expect = { outputs = { q = true } } }]
+"#;
+
+fn target() -> PathBuf {
+    let exe = Path::new(env!("CARGO_BIN_EXE_latchwork"));
+    exe.ancestors().nth(2).expect("the binary stands in target/release").to_path_buf()
+}
+
+/// A folder with test files.
+fn folder(files: &[(&str, &str)]) -> TempDir {
+    let folder = TempDir::new().expect("a temporary folder");
+    for (name, text) in files {
+        let path = folder.path().join(name);
+        std::fs::create_dir_all(path.parent().expect("a folder")).expect("a folder");
+        std::fs::write(path, text).expect("a file");
+    }
+    folder
+}
+
+fn latchwork(folder: &Path, args: &[&str]) -> Command {
+    let components = target().join("components");
+    assert!(components.is_dir(), "{} is missing: run `cargo xtask guests` first", components.display());
+    let mut command = Command::new(env!("CARGO_BIN_EXE_latchwork"));
+    command.current_dir(folder).env("XDG_CACHE_HOME", target().join("test-cache"));
+    command.env("COLUMNS", "100").env("NO_COLOR", "1").env_remove("LATCHWORK_CACHE");
+    command.args(args);
+    if args.first() == Some(&"test") {
+        command.arg("--components").arg(components);
+    }
+    command
+}
+
+/// Output, errors and exit code, without times and the build folder.
+fn shown(folder: &Path, args: &[&str]) -> String {
+    let Output { status, stdout, stderr } = latchwork(folder, args).output().expect("it starts");
+    let text = |bytes| String::from_utf8(bytes).expect("text");
+    let code = status.code().expect("an exit code");
+    let all = format!("$ latchwork {}\n{}{}[exit code {code}]\n", args.join(" "), text(stdout), text(stderr));
+    without_times(&all)
+}
+
+fn without_times(text: &str) -> String {
+    let mut out = text.replace(&target().display().to_string(), "TARGET");
+    for (pattern, instead) in [
+        (r"in (\d+ ms|\d+\.\d s): ", "in TIME: "),
+        (r"\d+ steps/s", "N steps/s"),
+        (r#"time="\d+\.\d+""#, r#"time="TIME""#),
+        (r#""took-ns": \d+"#, r#""took-ns": TIME"#),
+        (r#""hash": "[0-9a-f]+""#, r#""hash": "HASH""#),
+    ] {
+        out = regex::Regex::new(pattern).expect("a pattern").replace_all(&out, instead).into_owned();
+    }
+    out
+}
+
+#[test]
+fn help_of_test() {
+    let folder = folder(&[]);
+    insta::assert_snapshot!("help_test", shown(folder.path(), &["test", "--help"]));
+}
+
+#[test]
+fn what_passes_what_fails_and_what_is_wrong_with_their_exit_codes() {
+    let both = format!("{TIMER}{WRONG}");
+    let broken = TIMER.replace("outputs = { q = true", "outputs = { p = true");
+    let folder = folder(&[
+        ("ton.test.toml", TIMER),
+        ("more/both.test.toml", &both),
+        ("more/target/not-this.test.toml", ""),
+        ("wrong/broken.test.toml", &broken),
+        ("empty/readme.md", ""),
+    ]);
+    let mut seen = String::new();
+    for args in [
+        &["test", "ton.test.toml"][..],
+        &["test", "ton.test.toml", "more"],
+        &["test", "more", "--filter", "follows"],
+        &["test", "wrong/broken.test.toml", "ton.test.toml"],
+        &["test", "missing.test.toml"],
+        &["test", "empty"],
+        &["test", "more", "--filter", "no such case"],
+        &["test", "ton.test.toml", "--watch", "--json"],
+        &["test", "ton.test.toml", "--junit", "no/such/folder.xml"],
+    ] {
+        seen += &format!("{}\n", shown(folder.path(), args));
+    }
+    insta::assert_snapshot!("test_outputs", seen);
+}
+
+#[test]
+fn json_and_junit_tell_the_same() {
+    let both = format!("{TIMER}{WRONG}");
+    let broken = TIMER.replace("outputs = { q = true", "outputs = { p = true");
+    let folder = folder(&[("both.test.toml", &both), ("broken.test.toml", &broken)]);
+    let args = ["test", "both.test.toml", "broken.test.toml", "--json", "--junit", "report.xml"];
+    insta::assert_snapshot!("test_json", shown(folder.path(), &args));
+    let xml = std::fs::read_to_string(folder.path().join("report.xml")).expect("the report");
+    insta::assert_snapshot!("test_junit", without_times(&xml));
+}
+
+/// A child that is ended with the test.
+struct Watching(Child);
+
+impl Drop for Watching {
+    fn drop(&mut self) {
+        let _ = self.0.kill();
+        let _ = self.0.wait();
+    }
+}
+
+/// The next line that holds a text, within a minute.
+fn wait_for(lines: &Receiver<String>, text: &str) -> String {
+    loop {
+        let line = lines.recv_timeout(Duration::from_secs(60)).unwrap_or_else(|e| panic!("no `{text}`: {e}"));
+        if line.contains(text) {
+            return line;
+        }
+    }
+}
+
+#[test]
+fn watch_tests_again_when_the_file_or_its_component_changes() {
+    let folder = folder(&[("parts/readme.md", "")]);
+    let file = folder.path().join("timer.test.toml");
+    std::fs::write(&file, format!("components = [\"parts\"]\n{}", TIMER.replace("\"ton\"", "\"timer\"")))
+        .expect("a file");
+    let mut command = latchwork(folder.path(), &["test", "timer.test.toml", "--watch"]);
+    let child = command.stdout(Stdio::piped()).stderr(Stdio::null()).spawn().expect("it starts");
+    let mut child = Watching(child);
+    let out = child.0.stdout.take().expect("its output");
+    let (sender, lines) = channel();
+    std::thread::spawn(move || {
+        for line in BufReader::new(out).lines().map_while(Result::ok) {
+            let _ = sender.send(line);
+        }
+    });
+    // Nothing is there yet.
+    wait_for(&lines, "1 file not tested");
+    wait_for(&lines, "waiting for a change");
+    let component = folder.path().join("parts/timer.wasm");
+    let put = |name: &str| {
+        let draft = component.with_extension("new");
+        std::fs::copy(target().join("components").join(name), &draft).expect("a component");
+        std::fs::rename(&draft, &component).expect("a component");
+    };
+    put("ton.wasm");
+    assert!(wait_for(&lines, "passed").starts_with("1 passed, 0 failed"));
+    wait_for(&lines, "waiting for a change");
+    // A pulse comes at once, an on-delay after its time.
+    put("tp.wasm");
+    assert!(wait_for(&lines, "passed").starts_with("0 passed, 1 failed"));
+    wait_for(&lines, "waiting for a change");
+    let text = std::fs::read_to_string(&file)
+        .expect("the file")
+        .replace("q = false", "q = true")
+        .replace("q = true, et", "q = false, et");
+    std::fs::write(&file, text).expect("the file");
+    assert!(wait_for(&lines, "passed").starts_with("1 passed, 0 failed"));
+}

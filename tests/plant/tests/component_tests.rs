@@ -1,0 +1,67 @@
+//! Every test file of the project's blocks passes, and the families that have them have one for each block.
+
+use latchwork_block::Ticker;
+use latchwork_testbed::case::{Options, check_file};
+use latchwork_tests_plant::{component_folders, engine, target};
+use std::path::{Path, PathBuf};
+use std::time::Duration;
+
+const TICK: Duration = Duration::from_millis(10);
+
+fn root() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../..")
+}
+
+/// The test files below a folder.
+fn files(folder: &Path, list: &mut Vec<PathBuf>) {
+    for entry in std::fs::read_dir(folder).expect("a folder").map(|e| e.expect("an entry").path()) {
+        if entry.is_dir() {
+            files(&entry, list);
+        } else if entry.to_string_lossy().ends_with(".test.toml") {
+            list.push(entry);
+        }
+    }
+}
+
+/// Runs all test files below a folder; the number of cases.
+fn run(folder: &str) -> usize {
+    let engine = engine();
+    let _ticker = Ticker::start(&engine, TICK);
+    let mut folders = component_folders();
+    folders.push(target().join("example-components"));
+    let (mut list, mut cases, mut wrong) = (Vec::new(), 0, String::new());
+    files(&root().join(folder), &mut list);
+    for path in list {
+        let checked = check_file(&path, &engine, &Options { folders: folders.clone() });
+        let Some(file) = &checked.file else {
+            wrong += &checked.render(false);
+            continue;
+        };
+        for case in &file.cases {
+            let report = file.run(case, TICK.as_nanos() as u64);
+            cases += 1;
+            for failure in &report.failures {
+                wrong += &format!("{}: {}\n{}", path.display(), report.name, failure.render(2));
+            }
+        }
+    }
+    assert!(wrong.is_empty(), "\n{wrong}");
+    cases
+}
+
+#[test]
+fn the_tests_of_the_shipped_blocks_pass() {
+    assert!(run("components") > 100);
+}
+
+#[test]
+fn every_block_of_the_alarm_and_iec_families_has_its_tests() {
+    for family in ["alarm", "iec"] {
+        for block in std::fs::read_dir(root().join("components").join(family)).expect("a family") {
+            let folder = block.expect("a block").path();
+            let name = folder.file_name().expect("a name").to_string_lossy().into_owned();
+            let file = folder.join(format!("{name}.test.toml"));
+            assert!(file.is_file(), "{} is missing", file.display());
+        }
+    }
+}
