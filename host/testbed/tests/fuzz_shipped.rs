@@ -3,14 +3,24 @@
 
 use latchwork_block::{Engine, EngineOptions, LoadError, Ticker};
 use latchwork_testbed::case::Subject;
-use latchwork_testbed::fuzz::{Options, fuzz};
+use latchwork_testbed::fuzz::{Kind, Options, fuzz};
+use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 /// The same in every run, so that a build breaks because of a change and not because of the day.
 const SEED: u64 = 20_261_127;
 /// Sequences of a block.
-const RUNS: u64 = 1000;
+const RUNS: u64 = 500;
+
+/// What is meant to be so, as the class says.
+fn meant(block: &str) -> Vec<Kind> {
+    match block {
+        // "Running pulses and the phase of the lamp start anew." "The average starts anew, and the first execution checks."
+        "alarm-unit" | "analog-veracity" => vec![Kind::NotRestored],
+        _ => Vec::new(),
+    }
+}
 
 fn number(name: &str) -> Option<u64> {
     let text = std::env::var(name).ok()?;
@@ -38,7 +48,8 @@ fn no_shipped_block_has_anything_that_fuzzing_finds() {
         budget: 20_000_000,
         ..Options::default()
     };
-    println!("LATCHWORK_FUZZ_SEED={seed}");
+    // Past the capture of a test's output: the seed is to be seen in any log.
+    let _ = writeln!(std::io::stderr(), "LATCHWORK_FUZZ_SEED={seed}");
     let engine = Engine::new(EngineOptions::default()).expect("an engine");
     let _ticker = Ticker::start(&engine, Duration::from_nanos(options.tick));
     let begun = Instant::now();
@@ -54,6 +65,7 @@ fn no_shipped_block_has_anything_that_fuzzing_finds() {
             let class = component.class(Some(&class.name)).expect("its own class");
             let template = component.template(&class).expect("it compiles");
             let subject = Subject { component: component.clone(), class, template };
+            let options = Options { ignored: meant(component.name()), ..options.clone() };
             let report = fuzz(&subject, &options, &|| begun.elapsed().as_nanos() as u64, &mut |_| {});
             let (name, notes) = (component.name(), report.notes.join("; "));
             println!("{name}: {} executions, {} restarts; {notes}", report.executions, report.restarts);

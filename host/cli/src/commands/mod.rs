@@ -2,10 +2,12 @@
 
 mod alarms;
 mod check;
+mod check_block;
 mod client;
 mod command;
 mod doctor;
 mod force;
+mod fuzz;
 mod gpio;
 mod inspect;
 mod journal;
@@ -55,6 +57,8 @@ pub(crate) fn execute(args: Args) -> Result<Exit> {
         Command::Heartbeat(beat) => command::heartbeat(beat),
         Command::Records(records) => records::execute(records),
         Command::Test(test) => test::execute(&engine()?, test),
+        Command::Fuzz(fuzz) => fuzz::execute(&engine()?, fuzz),
+        Command::CheckBlock(check) => check_block::execute(&engine()?, check),
         Command::Schema => schema::execute(),
     }
 }

@@ -24,15 +24,14 @@ impl Constants {
             let Payload::CodeSectionEntry(body) = payload else { continue };
             let Ok(mut operators) = body.get_operators_reader() else { continue };
             while let Ok(operator) = operators.read() {
-                match operator {
-                    Operator::I32Const { value } => drop(integers.insert(value.into())),
-                    Operator::I64Const { value } => drop(integers.insert(value)),
-                    Operator::F32Const { value } => {
-                        drop(reals.insert(f64::from(f32::from_bits(value.bits())).to_bits()))
-                    }
-                    Operator::F64Const { value } => drop(reals.insert(value.bits())),
-                    _ => {}
-                }
+                let real = |r: f64| r.to_bits();
+                let _ = match operator {
+                    Operator::I32Const { value } => integers.insert(value.into()),
+                    Operator::I64Const { value } => integers.insert(value),
+                    Operator::F32Const { value } => reals.insert(real(f32::from_bits(value.bits()).into())),
+                    Operator::F64Const { value } => reals.insert(value.bits()),
+                    _ => false,
+                };
             }
             if integers.len() + reals.len() > MOST {
                 break;

@@ -23,6 +23,22 @@ pub enum Kind {
 }
 
 impl Kind {
+    /// All kinds, as a user names them.
+    pub const ALL: [Self; 12] = [
+        Self::Fault(FaultKind::Trap),
+        Self::Fault(FaultKind::Memory),
+        Self::Fault(FaultKind::Stack),
+        Self::Fault(FaultKind::Result),
+        Self::Fault(FaultKind::Instantiate),
+        Self::Fault(FaultKind::Settings),
+        Self::Budget,
+        Self::Growth,
+        Self::NotDeterministic,
+        Self::NotRestored,
+        Self::SaveDisturbs,
+        Self::RefusalDisturbs,
+    ];
+
     /// Name in reports: of a fault its own, else `budget`, `memory-growth`, `not-deterministic`, `not-restored`,
     /// `save-disturbs`, `refusal-disturbs`.
     pub fn name(self) -> &'static str {

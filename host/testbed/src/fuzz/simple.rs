@@ -76,7 +76,7 @@ fn reals(r: f64) -> Vec<f64> {
 }
 
 fn integers(ty: &Type, cell: u64) -> Vec<u64> {
-    const UNITS: [u64; 4] = [1_000, 1_000_000, 1_000_000_000, 60_000_000_000];
+    const UNITS: [i128; 5] = [1_000, 1_000_000, 1_000_000_000, 60_000_000_000, 3_600_000_000_000];
     let value = match ty {
         Type::S8 | Type::S16 | Type::S32 => i128::from((cell as u32).cast_signed()),
         Type::S64 => i128::from(cell.cast_signed()),
@@ -89,7 +89,7 @@ fn integers(ty: &Type, cell: u64) -> Vec<u64> {
         power *= 10;
     }
     if *ty == Type::Duration {
-        list.extend(UNITS.iter().flat_map(|u| [i128::from(*u), value - value % i128::from(*u)]));
+        list.extend(UNITS.iter().flat_map(|u| [*u, 2 * u, value - value % u]));
     }
     let cells = list.into_iter().filter_map(|v| ty.cell_from_integer(v));
     cells.filter(|c| normal(ty, *c) == *c).collect()
@@ -123,6 +123,7 @@ mod tests {
             "-4"
         );
         assert_eq!(smallest(&Type::Duration, 7_654_321_987, |c| c > 1_500_000_000), "2s");
+        assert_eq!(smallest(&Type::Duration, 61_234_567_890_123, |c| c > 3_600_000_000_000), "2h");
         assert_eq!(smallest(&Type::U64, u64::MAX, |c| c > 1 << 40), "2000000000000");
     }
 }
