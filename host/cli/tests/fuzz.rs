@@ -43,8 +43,8 @@ fn without_figures(text: &str) -> String {
     let mut out = text.to_owned();
     for (pattern, instead) in [
         (r"\d+\.\d s, \d+ executions/s", "TIME, N executions/s"),
-        (r"\d+ (ns|us|ms) on the average, \d+ (ns|us|ms) at worst", "TIME on the average, TIME at worst"),
-        (r#""(mean-ns|worst-ns)": \d+"#, r#""$1": TIME"#),
+        (r"\d+ (ns|us|ms) typical, \d+ (ns|us|ms) at worst", "TIME typical, TIME at worst"),
+        (r#""(median-ns|worst-ns)": \d+"#, r#""$1": TIME"#),
         // What is made from the constants in the code differs from compiler to compiler.
         (r"\d+ (executions|restarts|times|random ones)", "N $1"),
         (r"refused \d+", "refused N"),

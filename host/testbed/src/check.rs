@@ -129,8 +129,8 @@ fn time(report: &Report, options: &Options) -> Line {
         return line("time", Status::Fine, "");
     }
     let figures = format!(
-        "{} on the average, {} at worst, of {}",
-        shown(report.mean_ns),
+        "{} typical, {} at worst, of {}",
+        shown(report.median_ns),
         shown(report.worst_ns),
         format_duration(options.budget)
     );

@@ -96,8 +96,8 @@ pub struct Report {
     pub settings_taken: u64,
     /// Settings that it refused.
     pub settings_refused: u64,
-    /// Mean execution, ns of the machine's clock.
-    pub mean_ns: u64,
+    /// Half of all executions took no longer, ns of the machine's clock. 0 where the clock is too coarse.
+    pub median_ns: u64,
     /// Longest execution that the same sequence repeated three times, ns.
     pub worst_ns: u64,
     /// Most linear memory, bytes.

@@ -300,8 +300,8 @@ impl<'a> Search<'a> {
     /// Executions of the long sequences, as a power of two: as many as the rest of the search has, or an eighth of its time.
     fn soak_power(&self, time: Option<u64>, sequences: Option<u64>) -> u32 {
         let by_number = sequences.map_or(SOAK, |n| n.saturating_mul(256).max(256).ilog2());
-        let mean = self.trial.sums.ns / self.trial.sums.executions.max(1) + 50;
-        let by_time = time.map_or(SOAK, |t| (t / 8 / 6 / mean).max(256).ilog2());
+        let typical = self.trial.sums.times.value_at_quantile(0.5) + 50;
+        let by_time = time.map_or(SOAK, |t| (t / 8 / 6 / typical).max(256).ilog2());
         by_number.min(by_time).min(SOAK)
     }
 
@@ -342,7 +342,7 @@ impl<'a> Search<'a> {
             restarts: sums.restarts,
             settings_taken: sums.taken,
             settings_refused: sums.refused,
-            mean_ns: sums.ns / sums.executions.max(1),
+            median_ns: sums.times.value_at_quantile(0.5),
             worst_ns: self.worst,
             memory: sums.memory,
             head: write::head(class, self.options.budget, self.growth_limit.unwrap_or(self.options.memory)),
@@ -428,5 +428,54 @@ fn differs(probe: &Trial<'_>, failure: &Failure, kind: Kind) -> String {
             format!("{list} {verb} otherwise once it refused settings: those before must stay in force as they were")
         }
         _ => format!("{list} {verb} not the same in two instances that were told the same"),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use latchwork_block::{Engine, EngineOptions, Ticker};
+    use std::time::Duration;
+
+    fn shipped(engine: &Engine, name: &str) -> Subject {
+        let exe = std::env::current_exe().expect("a test has a file");
+        // TARGET/release/deps/NAME
+        let target = exe.ancestors().nth(3).expect("the target folder");
+        let path = target.join("components").join(name).with_extension("wasm");
+        let component = engine.load_file(&path);
+        let component = component.unwrap_or_else(|e| panic!("{}: {e}; run `cargo xtask guests` first", path.display()));
+        let class = component.class(None).expect("its class");
+        let template = component.template(&class).expect("it compiles");
+        Subject { component, class, template }
+    }
+
+    /// No block without imports can be made to differ from itself: two blocks of the same ports stand in for one.
+    #[test]
+    fn instances_that_differ_by_themselves_are_not_deterministic() {
+        let engine = Engine::new(EngineOptions::default()).expect("an engine");
+        let options = Options { sequences: Some(50), ..Options::default() };
+        let _ticker = Ticker::start(&engine, Duration::from_nanos(options.tick));
+        let (on, off) = (shipped(&engine, "ton"), shipped(&engine, "tof"));
+        let report = Search::new([&on, &off], &options, &|| 0).run(&mut |_| {});
+        let kinds: Vec<_> = report.findings.iter().map(|f| f.kind).collect();
+        assert_eq!(kinds, [Kind::NotDeterministic], "{:#?}", report.findings);
+        let finding = &report.findings[0];
+        assert_eq!(finding.executions, 1, "one execution is enough: {finding:#?}");
+        assert!(
+            finding.message.ends_with(" not the same in two instances that were told the same"),
+            "{}",
+            finding.message
+        );
+        assert!(finding.case.as_deref().is_some_and(|c| c.contains("# By chance it may pass.")));
+        // Each is the same as itself.
+        assert_eq!(Search::new([&off, &off], &options, &|| 0).run(&mut |_| {}).findings, []);
+    }
+
+    #[test]
+    fn memory_grows_for_ever_only_if_it_grew_in_every_doubling() {
+        assert!(grows(&[1, 1, 2, 4], 3, 2));
+        assert!(!grows(&[1, 2, 4, 4], 3, 2));
+        assert!(!grows(&[1, 2, 2, 4], 3, 2));
+        assert!(!grows(&[1, 2], 3, 2), "too short to tell");
     }
 }

@@ -3,8 +3,12 @@
 use super::report::Kind;
 use super::sequence::{Sequence, Step};
 use super::values::real;
+use hdrhistogram::Histogram;
 use latchwork_block::{Class, Fault, FaultKind, Instance, Limits, Scan, Template};
 use latchwork_image::Type;
+
+/// Longest time that is told apart, ns.
+const HOUR: u64 = 3_600_000_000_000;
 
 /// What the twin is told, besides what all are.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -36,10 +40,11 @@ pub(super) struct Longest {
 }
 
 /// Sums over all sequences.
-#[derive(Debug, Default)]
+#[derive(Debug)]
 pub(super) struct Sums {
     pub(super) executions: u64,
-    pub(super) ns: u64,
+    /// How long executions took, ns. Their mean would be that of the machine's other work.
+    pub(super) times: Histogram<u32>,
     pub(super) restarts: u64,
     pub(super) taken: u64,
     pub(super) refused: u64,
@@ -103,7 +108,15 @@ impl<'a> Trial<'a> {
             reals.extend(port.signal.then_some(None));
         }
         reals.extend((!class.alarms.is_empty()).then_some(None));
-        let sums = Sums { nan: vec![(false, false); reals.len()], ..Sums::default() };
+        let sums = Sums {
+            executions: 0,
+            times: Histogram::new_with_bounds(1, HOUR, 2).expect("bounds that are sound"),
+            restarts: 0,
+            taken: 0,
+            refused: 0,
+            memory: 0,
+            nan: vec![(false, false); reals.len()],
+        };
         let overhead = (0..64).map(|_| clock().abs_diff(clock())).min().unwrap_or(0);
         Self {
             template,
@@ -184,7 +197,7 @@ impl<'a> Trial<'a> {
             let done = run.first.execute(run.scan, &self.ins, step, commands);
             let ns = (self.clock)().saturating_sub(begun).saturating_sub(self.overhead);
             self.sums.executions += 1;
-            self.sums.ns = self.sums.ns.saturating_add(ns);
+            self.sums.times.saturating_record(ns);
             if ns > self.longest.ns {
                 self.longest = Longest { ns, step: number, execution };
             }
