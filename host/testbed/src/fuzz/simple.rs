@@ -85,7 +85,8 @@ fn integers(ty: &Type, cell: u64) -> Vec<u64> {
     let mut list = vec![0, 1, -value, value / 2, value / 10, value - value.signum()];
     let mut power = 10;
     while power <= value.abs() {
-        list.extend([value - value % power, value - value % power + power * value.signum()]);
+        let (rounded, step) = (value - value % power, power * value.signum());
+        list.extend([rounded, rounded + step, rounded - step]);
         power *= 10;
     }
     if *ty == Type::Duration {
@@ -115,7 +116,7 @@ mod tests {
         assert_eq!(f64(-73_123.456, &|r| r < -0.5), "-1.0");
         assert_eq!(f64(f64::NAN, &|_| true), "0.0");
         assert_eq!(f64(f64::from_bits(0x7ff8_dead_beef_cafe), &f64::is_nan), "NaN");
-        assert_eq!(f64(f64::INFINITY, &|r| r > 5.0), "100.0");
+        assert_eq!(f64(f64::INFINITY, &|r| r > 5.0), "6.0");
         assert_eq!(smallest(&Type::F64, 20.1f64.to_bits(), |c| (20.05..20.2).contains(&r(c))), "20.1");
         assert_eq!(smallest(&Type::U16, 54_321, |c| c > 4_000), "5000");
         assert_eq!(
