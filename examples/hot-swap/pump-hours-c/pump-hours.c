@@ -13,8 +13,8 @@ enum { COMMAND_SERVICED = 1 };
 enum { ALARM_SERVICE_DUE = 1 };
 
 struct settings { uint64_t service_after; uint32_t service_starts; };
-struct retained { uint64_t run_time; uint32_t starts; bool running; };
-struct outputs  { uint64_t run_time; uint32_t starts; };
+struct retained { uint64_t run_time; uint32_t starts; bool running; uint64_t last_run; };
+struct outputs  { uint64_t run_time; uint32_t starts; uint64_t last_run; };
 struct result   { struct outputs outputs; uint8_t alarms; };
 struct refusal  { uint8_t refused; const char *text; size_t length; };
 
@@ -34,6 +34,10 @@ const struct refusal *configure(uint64_t service_after, uint32_t service_starts)
     return &agreed;
 }
 
+static uint64_t sum(uint64_t a, uint64_t b) {
+    return a + b < a ? UINT64_MAX : a + b;
+}
+
 EXPORT("execute")
 const struct result *execute(uint64_t now, uint64_t elapsed, uint32_t first, uint32_t running, uint32_t commands) {
     static struct result result;
@@ -45,15 +49,16 @@ const struct result *execute(uint64_t now, uint64_t elapsed, uint32_t first, uin
     }
     /* The time since the last execution belongs to what the pump did then. */
     if (state.running) {
-        uint64_t sum = state.run_time + elapsed;
-        state.run_time = sum < elapsed ? UINT64_MAX : sum;
-    } else if (running && state.starts < UINT32_MAX) {
-        state.starts++;
+        state.run_time = sum(state.run_time, elapsed);
+        state.last_run = sum(state.last_run, elapsed);
+    } else if (running) {
+        state.last_run = 0;
+        state.starts += state.starts < UINT32_MAX;
     }
     state.running = running;
     bool due = (settings.service_after > 0 && state.run_time >= settings.service_after)
         || (settings.service_starts > 0 && state.starts >= settings.service_starts);
-    result.outputs = (struct outputs){ state.run_time, state.starts };
+    result.outputs = (struct outputs){ state.run_time, state.starts, state.last_run };
     result.alarms = due ? ALARM_SERVICE_DUE : 0;
     return &result;
 }
@@ -64,6 +69,6 @@ const struct retained *save(void) {
 }
 
 EXPORT("restore")
-void restore(uint64_t run_time, uint32_t starts, uint32_t running) {
-    state = (struct retained){ run_time, starts, running };
+void restore(uint64_t run_time, uint32_t starts, uint32_t running, uint64_t last_run) {
+    state = (struct retained){ run_time, starts, running, last_run };
 }

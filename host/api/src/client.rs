@@ -17,6 +17,8 @@ use tokio::runtime::Runtime;
 
 /// Longest wait for an answer: longer than the plant may take.
 const PATIENCE: Duration = Duration::from_secs(20);
+/// The same, with a component to send.
+const UPLOAD: Duration = Duration::from_secs(600);
 
 /// Why there is no answer.
 #[derive(Debug, thiserror::Error)]
@@ -99,6 +101,17 @@ impl Client {
         self.whole(Method::GET, &target(path, query), None)
     }
 
+    /// Asks for a file.
+    ///
+    /// # Errors
+    /// What the plant refuses; nobody who listens.
+    pub fn file(&self, path: &str) -> Result<Vec<u8>, ClientError> {
+        self.wait(async {
+            let response = self.send(Method::GET, path, None).await?;
+            Ok(self.judged(response).await?.collect().await.map_err(|e| self.broken(e))?.to_bytes().into())
+        })
+    }
+
     /// Wants something to be done.
     ///
     /// # Errors
@@ -106,6 +119,14 @@ impl Client {
     pub fn post<T: DeserializeOwned>(&self, path: &str, body: &impl Serialize) -> Result<T, ClientError> {
         let body = serde_json::to_vec(body).map_err(|e| self.broken(format!("the request is no JSON: {e}")))?;
         self.whole(Method::POST, path, Some(body))
+    }
+
+    /// The same for what is large and takes its time to send.
+    ///
+    /// # Errors
+    /// What the plant refuses; nobody who listens.
+    pub fn upload<T: DeserializeOwned>(&self, path: &str, body: Vec<u8>) -> Result<T, ClientError> {
+        self.within(UPLOAD, self.answer(Method::POST, path, Some(body)))
     }
 
     /// Takes something away.
@@ -135,17 +156,32 @@ impl Client {
         target: &str,
         body: Option<Vec<u8>>,
     ) -> Result<T, ClientError> {
-        self.wait(async {
-            let response = self.send(method, target, body).await?;
-            let body = self.judged(response).await?.collect().await.map_err(|e| self.broken(e))?.to_bytes();
-            serde_json::from_slice(&body).map_err(|e| self.broken(format!("its answer is not what was expected: {e}")))
-        })
+        self.wait(self.answer(method, target, body))
+    }
+
+    async fn answer<T: DeserializeOwned>(
+        &self,
+        method: Method,
+        target: &str,
+        body: Option<Vec<u8>>,
+    ) -> Result<T, ClientError> {
+        let response = self.send(method, target, body).await?;
+        let body = self.judged(response).await?.collect().await.map_err(|e| self.broken(e))?.to_bytes();
+        serde_json::from_slice(&body).map_err(|e| self.broken(format!("its answer is not what was expected: {e}")))
     }
 
     fn wait<T>(&self, work: impl Future<Output = Result<T, ClientError>>) -> Result<T, ClientError> {
+        self.within(PATIENCE, work)
+    }
+
+    fn within<T>(
+        &self,
+        patience: Duration,
+        work: impl Future<Output = Result<T, ClientError>>,
+    ) -> Result<T, ClientError> {
         self.runtime.block_on(async {
-            let late = || self.broken(format!("no answer within {} s", PATIENCE.as_secs()));
-            tokio::time::timeout(PATIENCE, work).await.unwrap_or_else(|_| Err(late()))
+            let late = || self.broken(format!("no answer within {} s", patience.as_secs()));
+            tokio::time::timeout(patience, work).await.unwrap_or_else(|_| Err(late()))
         })
     }
 

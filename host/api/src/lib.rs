@@ -20,6 +20,7 @@ mod request;
 mod routes;
 mod server;
 mod socket;
+mod upload;
 
 pub use error::ApiError;
 pub use server::{Config, Limits, Server};

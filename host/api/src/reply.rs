@@ -57,6 +57,12 @@ impl Failure {
         Self::new(StatusCode::PAYLOAD_TOO_LARGE, "large", message)
     }
 
+    /// The components of a swap are too large.
+    pub(crate) fn large_components(limit: usize) -> Self {
+        let message = format!("the components are too large; expected at most {limit} bytes together");
+        Self::new(StatusCode::PAYLOAD_TOO_LARGE, "large", message)
+    }
+
     /// The request did not arrive in time.
     pub(crate) fn slow() -> Self {
         Self::new(StatusCode::REQUEST_TIMEOUT, "slow", "the request did not arrive whole in time")

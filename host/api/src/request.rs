@@ -9,6 +9,7 @@ use axum::extract::{FromRequest, FromRequestParts, Request};
 use axum::http::request::Parts;
 use http_body_util::{BodyExt, LengthLimitError, Limited};
 use latchwork_plant::operate::{Answer, Operation, Operator};
+use serde::Deserialize;
 use serde::de::DeserializeOwned;
 use std::sync::Arc;
 
@@ -94,17 +95,23 @@ impl<T: DeserializeOwned> FromRequest<Arc<Shared>> for Fields<T> {
         }
         let bytes = tokio::time::timeout(limits.idle, collect(request.into_body(), limits.body)).await;
         let bytes = bytes.map_err(|_| Failure::slow())??;
-        let text = if bytes.trim_ascii().is_empty() { b"{}" } else { &bytes[..] };
-        // A list would be taken for the fields in their order.
-        if text.trim_ascii_start().first() != Some(&b'{') {
-            let begin: String = String::from_utf8_lossy(text).trim_start().chars().take(20).collect();
-            return Err(Failure::malformed(format!("the body begins with `{begin}`; expected a JSON object")));
-        }
-        let mut json = serde_json::Deserializer::from_slice(text);
-        let read = fields(&mut json, "the body")?;
-        json.end().map_err(|e| Failure::malformed(format!("the body: {e}")))?;
-        Ok(Self(read))
+        json(&bytes).map(Self)
     }
+}
+
+/// Reads the fields of a body.
+pub(crate) fn json<'de, T: Deserialize<'de>>(bytes: &'de [u8]) -> Result<T, Failure> {
+    let text = if bytes.trim_ascii().is_empty() { b"{}" } else { bytes };
+    // A list would be taken for the fields in their order.
+    if text.trim_ascii_start().first() != Some(&b'{') {
+        let begin = &text.trim_ascii_start()[..text.trim_ascii_start().len().min(80)];
+        let begin: String = String::from_utf8_lossy(begin).chars().take(20).collect();
+        return Err(Failure::malformed(format!("the body begins with `{begin}`; expected a JSON object")));
+    }
+    let mut json = serde_json::Deserializer::from_slice(text);
+    let read = fields(&mut json, "the body")?;
+    json.end().map_err(|e| Failure::malformed(format!("the body: {e}")))?;
+    Ok(read)
 }
 
 async fn collect(body: Body, limit: usize) -> Result<Vec<u8>, Failure> {
@@ -128,7 +135,7 @@ impl<T: DeserializeOwned> FromRequestParts<Arc<Shared>> for Query<T> {
 }
 
 /// Reads fields; what is wrong names the field.
-fn fields<'de, T: DeserializeOwned, D: serde::Deserializer<'de>>(from: D, what: &str) -> Result<T, Failure>
+pub(crate) fn fields<'de, T: Deserialize<'de>, D: serde::Deserializer<'de>>(from: D, what: &str) -> Result<T, Failure>
 where
     D::Error: std::fmt::Display,
 {

@@ -5,6 +5,7 @@ use crate::connections::accept;
 use crate::gate::Gate;
 use crate::routes::router;
 use crate::socket::Socket;
+use crate::upload::Uploads;
 use latchwork_plant::operate::{Console, Policy};
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -43,6 +44,8 @@ pub struct Limits {
     pub per_user: usize,
     /// Bytes of a request's body.
     pub body: usize,
+    /// Bytes that the components of one swap have together.
+    pub components: usize,
     /// A connection that says nothing for so long is closed; the head of a request must be there in that time, too.
     pub idle: Duration,
     /// A client that takes nothing of an answer for so long is left.
@@ -59,6 +62,7 @@ impl Default for Limits {
             connections: 64,
             per_user: 16,
             body: 64 << 10,
+            components: 64 << 20,
             idle: Duration::from_secs(30),
             unread: Duration::from_secs(10),
             plant: Duration::from_secs(5),
@@ -74,6 +78,8 @@ pub(crate) struct Shared {
     pub(crate) plant: String,
     pub(crate) data: Option<PathBuf>,
     pub(crate) limits: Limits,
+    /// Who is sending components.
+    pub(crate) uploads: Uploads,
     /// Turns to read the journal.
     pub(crate) reading: Arc<Semaphore>,
 }
@@ -107,7 +113,8 @@ impl Server {
         };
         let Config { plant, data, limits, .. } = config;
         let reading = Arc::new(Semaphore::new(READING));
-        let shared = Arc::new(Shared { console, gate, plant, data, limits, reading });
+        let uploads = Uploads::default();
+        let shared = Arc::new(Shared { console, gate, plant, data, limits, uploads, reading });
         let (stop, stopped) = oneshot::channel();
         let body = move || {
             step_back();

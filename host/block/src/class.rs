@@ -1,10 +1,10 @@
 //! A device class as a component exports it: its ports with types, its commands and alarms, their documentation.
 
 use latchwork_image::Type;
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 
-/// A device class: an exported interface that follows the pattern of the contract.
-#[derive(Clone, Debug)]
+/// A device class: an exported interface that follows the pattern of the contract. The default one has no ports.
+#[derive(Clone, Debug, Default)]
 pub struct Class {
     /// Full name with version, `latchwork:device/ton@0.1.0`.
     pub name: String,
@@ -42,6 +42,29 @@ impl Class {
     /// Documentation of one command or alarm; `group` is `commands` or `alarms`.
     pub fn flag_doc(&self, group: &str, name: &str) -> Option<String> {
         self.flag_docs.get(&format!("{group}.{name}")).cloned()
+    }
+
+    /// This version with what another one has besides: its ports, commands and alarms stand behind those of this one. Where both
+    /// have a name, this one's type counts. Retained state is of no version but its own: it stays as it is here.
+    #[must_use]
+    pub fn with(&self, other: &Self) -> Self {
+        let mut union = self.clone();
+        for (ports, more) in [
+            (&mut union.inputs, &other.inputs),
+            (&mut union.outputs, &other.outputs),
+            (&mut union.settings, &other.settings),
+        ] {
+            let known: HashSet<String> = ports.iter().map(|p| p.path.clone()).collect();
+            ports.extend(more.iter().filter(|p| !known.contains(&p.path)).cloned());
+        }
+        for (names, more) in [(&mut union.commands, &other.commands), (&mut union.alarms, &other.alarms)] {
+            let known: HashSet<String> = names.iter().cloned().collect();
+            names.extend(more.iter().filter(|n| !known.contains(*n)).cloned());
+        }
+        for (name, doc) in &other.flag_docs {
+            union.flag_docs.entry(name.clone()).or_insert_with(|| doc.clone());
+        }
+        union
     }
 
     /// Argument cells of `execute`: inputs with their qualities, then the commands word.

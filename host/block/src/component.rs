@@ -59,7 +59,8 @@ impl Component {
         Arc::downgrade(&self.loaded)
     }
 
-    pub(crate) fn hash_of(bytes: &[u8]) -> String {
+    /// SHA-256 of the bytes of a component, hex.
+    pub fn hash_of(bytes: &[u8]) -> String {
         hex(&Sha256::digest(bytes))
     }
 
@@ -73,14 +74,14 @@ impl Component {
         &self.loaded.hash
     }
 
+    /// The component itself.
+    pub fn bytes(&self) -> &[u8] {
+        &self.loaded.bytes
+    }
+
     /// Size in bytes.
     pub fn size(&self) -> u64 {
         self.loaded.bytes.len() as u64
-    }
-
-    /// The component as it was loaded.
-    pub fn bytes(&self) -> &[u8] {
-        &self.loaded.bytes
     }
 
     /// What it imports, besides interfaces that hold types only.

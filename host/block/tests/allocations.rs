@@ -81,6 +81,44 @@ fn allocations(spec: &Spec) -> [u64; 2] {
     })
 }
 
+/// Allocations of `CALLS` times saving into cells that are there and restoring them.
+fn allocations_of_state(spec: &Spec) -> u64 {
+    let [_, plain] = templates(&generated(spec, Evil::None, When(0)));
+    let [mut old, mut new] = [(); 2].map(|()| plain.instantiate(&patient()).unwrap());
+    let leaves = spec.retained_leaves();
+    let (mut values, mut saved) = (Cells::new(7), vec![0; leaves.len()]);
+    let mut state = values.of(&leaves);
+    let mut swap = |n: u64| {
+        for (cell, leaf) in state.iter_mut().zip(&leaves) {
+            *cell = leaf.value(values.bits() ^ n);
+        }
+        old.restore(&state).unwrap();
+        assert!(old.save_into(&mut saved).unwrap());
+        new.restore(&saved).unwrap();
+        assert!(new.save_into(&mut saved).unwrap());
+        assert_eq!(saved, state);
+    };
+    (0..10).for_each(&mut swap);
+    let before = COUNT.get();
+    (10..10 + CALLS).for_each(&mut swap);
+    COUNT.get() - before
+}
+
+/// A swap does both between two scans.
+#[test]
+fn saving_and_restoring() {
+    let leaf = |leaf| vec![Ty::Leaf(leaf)];
+    for (retained, post_return) in [
+        (leaf(Leaf::U32), false),
+        (leaf(Leaf::F64), true),
+        (vec![Ty::Leaf(Leaf::U8), Ty::Duration, Ty::Leaf(Leaf::Enum(3)), Ty::RealSignal], false),
+        (vec![Ty::RealSignal; 20], true),
+    ] {
+        let spec = Spec { outputs: leaf(Leaf::Bool), retained, post_return, ..Spec::default() };
+        assert_eq!(allocations_of_state(&spec), 0, "{:?}", spec.retained);
+    }
+}
+
 #[test]
 fn the_allocator_counts() {
     let before = COUNT.get();

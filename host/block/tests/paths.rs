@@ -231,7 +231,10 @@ fn exercise_class(class: &Class, mut twins: Twins, seed: u64) {
             2 => twins.save().and_then(|state| {
                 twins.renew();
                 assert_eq!(state.is_some(), !class.retained.is_empty());
-                state.map_or(Ok(()), |state| twins.restore(&state))
+                let Some(state) = state else { return Ok(()) };
+                twins.restore(&state)?;
+                assert_eq!(twins.save()?, Some(state), "{}: a state does not come back as it was", class.name);
+                Ok(())
             }),
             _ => {
                 let mut arguments = cells.of(&arguments);

@@ -3,6 +3,8 @@
 mod alarms;
 pub(crate) mod fuzz;
 pub(crate) mod operate;
+pub(crate) mod replay;
+pub(crate) mod swap;
 pub(crate) mod test;
 
 pub(crate) use alarms::{AlarmsCommand, Codes, CodesFormat, Report, ReportFormat};
@@ -67,6 +69,10 @@ pub(crate) enum Command {
     Gpio(Gpio),
     /// Verify or export the journal that `run --data` keeps.
     Journal(Journal),
+    /// Run again what the flight recorder has recorded: the same outputs, bit for bit, or what is different.
+    Replay(replay::Replay),
+    /// Save what the flight recorder of a running plant has in memory.
+    Record(replay::Record),
     /// Tell how a running plant is: lanes, blocks, alarms, forces.
     Status(operate::Status),
     /// Show values of a running plant as they change.
@@ -98,6 +104,16 @@ pub(crate) enum Command {
     Heartbeat(operate::Heartbeat),
     /// Show records of a running plant: what happened, and who did it.
     Records(operate::Records),
+    /// Give a block of a running plant another version of its component, between two scans and with its state.
+    ///
+    /// The new version is read, checked, compiled and set up beside the lanes; with --shadow it runs beside the old one first.
+    /// What would break stops it before anything is touched, and a fault within its probation puts the old version back. At a
+    /// terminal the plan is shown and one is asked; Ctrl-C leaves the swap on its way.
+    Swap(swap::Swap),
+    /// Put an earlier version of a block back, with the state it had.
+    Rollback(swap::Rollback),
+    /// List the swaps of a running plant, follow one, or call it off.
+    Swaps(swap::Swaps),
     /// Test blocks without a plant: cases of steps at virtual time, from files FILE.test.toml.
     ///
     /// A case starts a new instance of the component, gives it inputs, commands and settings at times of its own, and says

@@ -184,3 +184,39 @@ fn watch_tests_again_when_the_file_or_its_component_changes() {
     std::fs::write(&file, text).expect("the file");
     assert!(wait_for(&lines, "passed").starts_with("1 passed, 0 failed"));
 }
+
+/// The text of the n-th fenced block of a language, from 0.
+fn fenced<'a>(page: &'a str, language: &str, n: usize) -> &'a str {
+    let fence = format!("```{language}\n");
+    let start = page.match_indices(&fence).nth(n).unwrap_or_else(|| panic!("no {language} block {n}")).0 + fence.len();
+    let length = page[start..].find("```").expect("the end of the block");
+    &page[start..start + length]
+}
+
+#[test]
+fn the_page_on_testing_shows_what_comes_out() {
+    let page = include_str!("../../../docs/testing-a-block.md");
+    let first = fenced(page, "toml", 0);
+    let too_early = first.replace("outputs = { q = false, et = \"40ms\" }", "outputs = { q = true, et = \"40ms\" }");
+    let misspelt =
+        first.replace("at = \"40ms\"", "at = \"40\"").replace("outputs = { q = true }", "outputs = { qq = true }");
+    for (n, text) in [first, &too_early, &misspelt].into_iter().enumerate() {
+        let folder = folder(&[("ton.test.toml", text)]);
+        let output = latchwork(folder.path(), &["test", "ton.test.toml"]).output().expect("it starts");
+        assert_eq!(output.status.code(), Some(i32::from(n > 0)));
+        let out = without_times(&String::from_utf8(output.stdout).expect("text"));
+        assert_eq!(out, without_times(fenced(page, "text", n)), "output {n} of the page");
+    }
+    let with_csv = String::from("component = \"bounds-check\"\n[[case]]\nname = \"c\"\ntable = \"bounds.csv\"\n");
+    for (text, blocks) in [
+        (fenced(page, "toml", 1), "components"),
+        (fenced(page, "toml", 2), "components"),
+        (fenced(page, "toml", 3), "example-components"),
+        (&with_csv, "components"),
+    ] {
+        let folder = folder(&[("x.test.toml", text), ("bounds.csv", fenced(page, "csv", 0))]);
+        let mut command = latchwork(folder.path(), &["test", "x.test.toml"]);
+        let output = command.arg("--components").arg(target().join(blocks)).output().expect("it starts");
+        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stdout));
+    }
+}

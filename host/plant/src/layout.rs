@@ -7,6 +7,7 @@
 //! state | statistics | inputs it serves itself: value, quality | per block: quality, commands word, output leaves …, alarms word | … │ imports, constants, converted inputs
 //! └────────────────────────── published ──────────────────────────────────────────────────────────────────────────┘ └── private …
 //! ```
+//! Behind the blocks the published part has spare cells, for ports that versions of blocks bring along while the plant runs.
 //!
 //! Wires cost nothing: a block's argument list holds the index of the source's cell. Only inverted inputs and single
 //! flags of a word need a cell of their own, filled right before the block executes.
@@ -17,12 +18,17 @@ use latchwork_image::{Location, Quality, Resolved, Source, TagError, TagId, TagT
 use std::collections::HashMap;
 use std::ops::Range;
 
+mod grow;
+
+pub use grow::NoRoom;
+
 /// First cell of a lane's region: its state.
 pub const STATE: u32 = 0;
 /// First of the lane's statistics.
 pub const STATISTICS: u32 = 1;
 
 /// The whole plant's layout.
+#[derive(Clone)]
 pub struct Layout {
     /// Every tag with its place.
     pub tags: TagTable,
@@ -30,18 +36,24 @@ pub struct Layout {
     pub ids: HashMap<TagRef, TagId>,
     /// Per lane.
     pub lanes: Vec<LaneLayout>,
-    /// Cells of the operators' region: the settings of all blocks.
+    /// Cells of the operators' region: the settings of all blocks, then spare ones.
     pub operators: Vec<u64>,
-    /// Per block: where its settings stand in the operators' region.
-    pub settings: Vec<Range<usize>>,
+    /// Cells of it that are in use.
+    operators_used: usize,
+    /// Per block: where its settings stand in the operators' region, by port.
+    pub settings: Vec<Vec<usize>>,
     drivers: usize,
 }
 
 /// One lane's cells and wiring.
-#[derive(Default)]
+#[derive(Clone, Default)]
 pub struct LaneLayout {
-    /// Number of cells that are published.
+    /// Number of cells that can be published.
     pub published: u32,
+    /// Number of those that are in use; the others are spare.
+    pub used: u32,
+    /// A cell that is always 0, and behind it one that is the quality bad.
+    pub nothing: u32,
     /// All cells with their first values.
     pub cells: Vec<u64>,
     /// Per foreign region: `(slot, cell)`.
@@ -53,6 +65,7 @@ pub struct LaneLayout {
 }
 
 /// One block's place in its lane.
+#[derive(Clone)]
 pub struct BlockLayout {
     /// Index in the model.
     pub block: usize,
@@ -60,8 +73,12 @@ pub struct BlockLayout {
     pub quality: u32,
     /// Commands word.
     pub commands: Option<u32>,
-    /// Output leaves, then the alarms word.
+    /// Output leaves, then the alarms word, as the plant file's version has them.
     pub out: Range<u32>,
+    /// Those of the laid-out version, which may have grown since.
+    pub outs: Vec<u32>,
+    /// It has grown by cells: only an adapter reaches those.
+    pub scattered: bool,
     /// Alarms word.
     pub alarms: Option<u32>,
     /// Argument cells: input leaves, then the commands word.
@@ -120,6 +137,7 @@ impl Layout {
             ids: HashMap::new(),
             lanes: model.lanes.iter().map(|_| LaneLayout::default()).collect(),
             operators: Vec::new(),
+            operators_used: 0,
             settings: Vec::new(),
             drivers: model.drivers.len(),
         };
@@ -133,9 +151,7 @@ impl Layout {
             layout.place_block(model, index, cells)?;
         }
         layout.link(model);
-        for lane in &mut layout.lanes {
-            lane.published = lane.cells.len() as u32;
-        }
+        layout.spare();
         for lane in 0..model.lanes.len() {
             layout.wire_lane(model, lane)?;
         }
@@ -287,13 +303,15 @@ impl Layout {
             self.operators.push(*cell);
             self.tag(model, TagRef::Setting { block, port }, Source::Cell(location))?;
         }
-        self.settings.push(start..self.operators.len());
+        self.settings.push((start..self.operators.len()).collect());
         let out = first..self.lanes[b.lane].cells.len() as u32;
         self.lanes[b.lane].blocks.push(BlockLayout {
             block,
             quality,
             commands,
+            outs: out.clone().collect(),
             out,
+            scattered: false,
             alarms,
             ins: Vec::new(),
             converts: Vec::new(),
@@ -436,7 +454,8 @@ impl Wiring<'_> {
     }
 }
 
-fn exponent(port: &Port) -> Option<u64> {
+/// Exponent mask of a real port.
+pub(crate) fn exponent(port: &Port) -> Option<u64> {
     match port.ty {
         Type::F64 => Some(0x7ff0_0000_0000_0000),
         Type::F32 => Some(0x7f80_0000),

@@ -61,6 +61,7 @@ pub fn json_schema() -> Value {
             "policy": of(&[&sections::POLICY]),
             "table": { "type": "object", "additionalProperties": of(&[&sections::TABLE]) },
             "heartbeat": of(&[&sections::HEARTBEAT]),
+            "recorder": of(&[&sections::RECORDER]),
             "alarm": { "type": "array", "items": of(&[&sections::ALARM]) },
             "sink": { "type": "object", "additionalProperties": { "oneOf": sinks } },
             "journal": of(&[&sections::JOURNAL]),
@@ -92,6 +93,7 @@ pub fn reference_page() -> String {
     add("`[[alarm]]`", &sections::ALARM);
     add("`[table.NAME]`", &sections::TABLE);
     add("`[heartbeat]`", &sections::HEARTBEAT);
+    add("`[recorder]`", &sections::RECORDER);
     add("`[driver.NAME]`", &sections::DRIVER);
     add("Every point", &sections::POINT);
     add("`[policy]`", &sections::POLICY);

@@ -5,6 +5,7 @@ use latchwork_block::{Fault, FaultKind, Instance, Limits, Template};
 use latchwork_record::Text;
 
 /// How to make one block.
+#[derive(Clone)]
 pub struct Recipe {
     /// Compiled component and class.
     pub template: Template,
@@ -12,12 +13,19 @@ pub struct Recipe {
     pub limits: Limits,
     /// Settings cells.
     pub settings: Vec<u64>,
+    /// Number of the version; 0 is the plant file's.
+    pub version: u64,
 }
 
 impl Recipe {
     /// A fresh instance with its settings; `Err` also when the block refuses them.
     pub fn make(&self) -> Result<Instance, Fault> {
-        let mut instance = self.template.instantiate(&self.limits)?;
+        let instance = self.template.instantiate(&self.limits)?;
+        self.configured(instance)
+    }
+
+    /// An instance with the settings.
+    pub(crate) fn configured(&self, mut instance: Instance) -> Result<Instance, Fault> {
         if let Err(sentence) = instance.configure(&self.settings)? {
             return Err(Fault { kind: FaultKind::Settings, message: format!("settings refused: {sentence}") });
         }
@@ -43,27 +51,42 @@ pub struct Supervisor {
     pub recipes: Vec<Recipe>,
     /// Per lane.
     pub lanes: Vec<LaneLink>,
+    /// Requests for a version that the lane has and the recipes have not yet: the last one of each block, with its lane.
+    pub(crate) held: Vec<(usize, RestartRequest)>,
 }
 
 impl Supervisor {
     /// Serves every request that waits. Compiling never happens here: the templates are ready.
     pub fn pump(&mut self) {
-        for lane in &mut self.lanes {
-            while lane.requests.slots() > 0
-                && let Ok(request) = lane.restarts.pop()
+        for (lane, request) in std::mem::take(&mut self.held) {
+            self.restart(lane, request);
+        }
+        for lane in 0..self.lanes.len() {
+            while self.lanes[lane].requests.slots() > 0
+                && let Ok(mut request) = self.lanes[lane].restarts.pop()
             {
-                drop(request.dead);
-                if request.block == u32::MAX {
-                    continue;
+                drop(request.dead.take());
+                if request.block != u32::MAX {
+                    self.restart(lane, request);
                 }
-                let instance = match self.recipes[request.model].make() {
-                    Ok(instance) => Ok(Box::new(instance)),
-                    Err(fault) => Err(Box::new((fault.kind, Text::new(&fault.message)))),
-                };
-                // There was a free slot, and this is the only producer.
-                let _ = lane.requests.push(Request::Restarted(Reply { block: request.block, instance }));
             }
         }
+    }
+
+    fn restart(&mut self, lane: usize, request: RestartRequest) {
+        let (recipe, link) = (&self.recipes[request.model], &mut self.lanes[lane]);
+        self.held.retain(|(l, held)| (*l, held.block) != (lane, request.block));
+        if recipe.version != request.version || link.requests.slots() == 0 {
+            // The lane's report of the exchange, or of the way back, has not been read yet.
+            return self.held.push((lane, request));
+        }
+        let instance = match recipe.make() {
+            Ok(instance) => Ok(Box::new(instance)),
+            Err(fault) => Err(Box::new((fault.kind, Text::new(&fault.message)))),
+        };
+        // There is a free slot, and this is the only producer.
+        let _ =
+            link.requests.push(Request::Restarted(Reply { block: request.block, version: request.version, instance }));
     }
 
     /// Sends a request to a lane; gives it back when the lane has too many waiting.

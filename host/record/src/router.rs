@@ -106,6 +106,12 @@ impl<W> Router<W> {
         self.incoming.push(incoming);
     }
 
+    /// One source more.
+    pub fn add_source(&mut self, name: String) -> SourceId {
+        self.sources.push(name);
+        SourceId((self.sources.len() - 1) as u32)
+    }
+
     /// Name of a source.
     pub fn source(&self, id: SourceId) -> &str {
         self.sources.get(id.0 as usize).map_or("?", String::as_str)

@@ -9,6 +9,7 @@
 #![forbid(unsafe_code)]
 
 mod component;
+mod exchange;
 mod feed;
 mod keys;
 pub mod kinds;
@@ -17,7 +18,8 @@ mod sink;
 mod status;
 mod worker;
 
-pub use component::COMPONENT;
+pub use component::{COMPONENT, Version};
+pub use exchange::{Exchange, Phase, Swapper};
 pub use keys::{KEYS, check};
 pub use runner::{Report, Runner, What};
 pub use sink::{Claim, Config, Problem, Sink, SinkKind};

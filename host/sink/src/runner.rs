@@ -1,5 +1,7 @@
 //! All sinks of a plant, each on a thread of its own: one that hangs or panics harms no other.
 
+use crate::component;
+use crate::exchange::{Call, Exchanges, Seat, Swapper};
 use crate::feed::Feed;
 use crate::keys::Settings;
 use crate::worker::{LAST, Tell, Worker};
@@ -48,6 +50,7 @@ pub struct Runner {
     statuses: Statuses,
     /// Names of the sinks; their threads hold the other end of the channel.
     names: Vec<String>,
+    seats: Arc<[Seat]>,
     done: Receiver<usize>,
 }
 
@@ -66,7 +69,9 @@ impl Runner {
     ) -> std::io::Result<Self> {
         let (finished, done) = channel();
         let (stop, statuses, tell) = (Arc::new(AtomicBool::new(false)), Statuses::new(watch), Arc::new(tell) as Tell);
-        let mut runner = Self { stop, watch: watch.clone(), statuses, names: Vec::new(), done };
+        let seats = Arc::new([]);
+        let mut runner = Self { stop, watch: watch.clone(), statuses, names: Vec::new(), seats, done };
+        let mut seats = Vec::new();
         for (kind, mut config) in sinks {
             config.journal = watch.journal().to_owned();
             let settings = Settings::new(&config);
@@ -75,7 +80,11 @@ impl Runner {
                 watch.moved(&config.name, begin);
                 begin
             });
-            let status = Status { name: config.name.clone(), kind: kind.name.to_owned(), cursor, ..Status::default() };
+            let version = std::ptr::eq(kind, &component::COMPONENT).then(|| component::version(&config)).flatten();
+            let (name, of_kind) = (config.name.clone(), kind.name.to_owned());
+            let status = Status { name, kind: of_kind, cursor, version, ..Status::default() };
+            let call = Arc::<Call>::default();
+            seats.push(Seat { kind, config: config.clone(), call: Arc::clone(&call) });
             let worker = Worker {
                 kind,
                 feed: Feed::new(folder.to_owned(), settings, cursor),
@@ -85,12 +94,15 @@ impl Runner {
                 index: runner.statuses.add(status),
                 statuses: runner.statuses.clone(),
                 sink: None,
+                call,
+                exchanges: Exchanges::default(),
                 pause: None,
                 config,
             };
             runner.names.push(worker.config.name.clone());
             spawn(worker, finished.clone())?;
         }
+        runner.seats = seats.into();
         Ok(runner)
     }
 
@@ -99,11 +111,16 @@ impl Runner {
         self.statuses.clone()
     }
 
+    /// The handle that exchanges them.
+    pub fn swapper(&self) -> Swapper {
+        Swapper { seats: Arc::clone(&self.seats), watch: self.watch.clone(), statuses: self.statuses.clone() }
+    }
+
     /// Lets each sink have what is durable, for a bounded time, and ends them; the names of those that did not end in time.
     /// Their threads go with the process.
     pub fn stop(self) -> Vec<String> {
         self.stop.store(true, Ordering::Release);
-        self.watch.wake();
+        self.seats.iter().for_each(|seat| seat.call.ring(&self.watch));
         let end = Instant::now() + LAST + GRACE;
         let mut left: Vec<Option<String>> = self.names.iter().cloned().map(Some).collect();
         while left.iter().any(Option::is_some) {

@@ -82,6 +82,25 @@ pub trait Sink: Send {
         None
     }
 
+    /// Does what takes long and touches nothing outside, such as compiling; without it the first write does.
+    ///
+    /// # Errors
+    /// A sentence for a person: it cannot be used.
+    fn prepare(&mut self) -> Result<(), String> {
+        Ok(())
+    }
+
+    /// Opens now what the first write would open.
+    ///
+    /// # Errors
+    /// A sentence for a person; nothing stays open.
+    fn start(&mut self) -> Result<(), String> {
+        Ok(())
+    }
+
+    /// Lets go of all that is open, since another sink gets the records. A later write opens it again.
+    fn close(&mut self) {}
+
     /// Takes records in the order of their numbers; the highest number that is safely kept now. Those after it are offered
     /// again.
     ///

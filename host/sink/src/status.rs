@@ -1,5 +1,6 @@
 //! How the sinks are, for whoever asks while they work.
 
+use crate::component::Version;
 use latchwork_record::journal::Watch;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
@@ -42,6 +43,8 @@ pub struct Status {
     pub behind: u64,
     /// What it does.
     pub state: State,
+    /// Its component, of a sink that is one.
+    pub version: Option<Version>,
     /// Why it refuses records, or why it has ended; empty otherwise.
     pub error: String,
 }

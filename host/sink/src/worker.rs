@@ -1,5 +1,7 @@
 //! The thread of one sink: fill the list, send it, go on; back off while it is refused.
 
+use crate::component::Version;
+use crate::exchange::{Before, Call, Exchange, Exchanges, Phase, Wish};
 use crate::feed::Feed;
 use crate::runner::{Report, What};
 use crate::{Config, Sink, SinkKind, State, Statuses};
@@ -30,6 +32,9 @@ pub(crate) struct Worker {
     /// Its place among them.
     pub(crate) index: usize,
     pub(crate) sink: Option<Box<dyn Sink>>,
+    /// How it is called.
+    pub(crate) call: Arc<Call>,
+    pub(crate) exchanges: Exchanges,
     /// The pause after the last refusal.
     pub(crate) pause: Option<Duration>,
 }
@@ -38,6 +43,12 @@ impl Worker {
     /// Works until the run ends.
     pub(crate) fn run(&mut self) {
         while !self.stopping() {
+            if let Some((wish, probation, exchange)) = self.call.answer() {
+                self.exchange(wish, probation, exchange);
+            }
+            if self.stopping() {
+                break;
+            }
             match self.turn(false) {
                 Ok(Some(wait)) => {
                     let seen = self.watch.durable();
@@ -60,6 +71,7 @@ impl Worker {
             }
         }
         self.sink = None;
+        self.exchanges = Exchanges::default();
         self.show();
         self.statuses.change(self.index, |s| s.state = State::Stopped);
     }
@@ -104,13 +116,89 @@ impl Worker {
 
     fn send(&mut self) -> Result<(), String> {
         let Some(sink) = &mut self.sink else { return Ok(()) };
-        let seq = sink.write(self.feed.batch())?;
         let before = self.feed.cursor();
-        self.feed.kept(seq)?;
+        let sent = sink.write(self.feed.batch()).and_then(|seq| self.feed.kept(seq));
+        if let (Err(why), true) = (&sent, self.exchanges.probation.is_some()) {
+            self.take_back(why.clone());
+            return Ok(());
+        }
+        sent?;
+        self.proven();
         self.moved(before);
         self.recovered();
         self.show();
         Ok(())
+    }
+
+    /// Between two batches: another sink, or one that it had before.
+    fn exchange(&mut self, wish: Wish, probation: u64, exchange: Exchange) {
+        let (new, version, steps) = match wish {
+            Wish::Another(new, version) => (Some(new), version, 0),
+            Wish::Earlier(_) if self.exchanges.probation.is_some() => {
+                return self.take_back("an operator wants the version before".into());
+            }
+            // Its probation has ended meanwhile.
+            Wish::Earlier(_) if exchange.phase().ended() => return,
+            Wish::Earlier(steps) => {
+                let at = self.exchanges.earlier.len().checked_sub(steps);
+                let Some(earlier) = at.and_then(|at| self.exchanges.earlier.remove(at)) else {
+                    return exchange.set(Phase::Refused("there is no such version".into()));
+                };
+                (earlier.sink, earlier.version, steps)
+            }
+        };
+        // From here on it cannot be called off.
+        if !exchange.step(|phase| (*phase == Phase::Waiting).then_some(Phase::Probation { left: probation })) {
+            return;
+        }
+        let mut new = new;
+        if let Some(Err(why)) = new.as_mut().map(|new| new.start()) {
+            if steps > 0 {
+                self.exchanges.keep(Before { sink: new, version });
+            }
+            return exchange.set(Phase::Refused(why));
+        }
+        let mut before = Before { sink: std::mem::replace(&mut self.sink, new), version: self.version(version) };
+        if let Some(old) = &mut before.sink {
+            old.close();
+        }
+        self.exchanges.probation = Some((before, exchange, probation));
+        if probation == 0 {
+            self.keep();
+        }
+    }
+
+    /// A batch has gone well.
+    fn proven(&mut self) {
+        let Some((_, exchange, left)) = &mut self.exchanges.probation else { return };
+        *left = left.saturating_sub(1);
+        exchange.set(Phase::Probation { left: *left });
+        if *left == 0 {
+            self.keep();
+        }
+    }
+
+    /// The probation is over.
+    fn keep(&mut self) {
+        let Some((before, exchange, _)) = self.exchanges.probation.take() else { return };
+        self.exchanges.keep(before);
+        self.call.tell_earlier(self.exchanges.earlier.len());
+        exchange.set(Phase::Done);
+    }
+
+    /// The one before gets the records again, from where the cursor stands.
+    fn take_back(&mut self, why: String) {
+        let Some((before, exchange, _)) = self.exchanges.probation.take() else { return };
+        self.sink = before.sink;
+        self.version(before.version);
+        exchange.set(Phase::RolledBack(why));
+    }
+
+    /// Shows which version works now; the one that did.
+    fn version(&self, new: Option<Version>) -> Option<Version> {
+        let mut old = None;
+        self.statuses.change(self.index, |s| old = std::mem::replace(&mut s.version, new));
+        old
     }
 
     /// It works: tells so if it did not before.
@@ -127,7 +215,7 @@ impl Worker {
         if let Some(sink) = &mut self.sink {
             sink.idle();
         }
-        self.watch.wait(seen, wait.min(IDLE), &self.stop);
+        self.watch.wait(seen, wait.min(IDLE), &self.call.flag);
     }
 
     fn failed(&mut self, why: &str) {
@@ -138,7 +226,7 @@ impl Worker {
         self.show();
         let pause = self.pause.map_or(PAUSE.0, |p| (2 * p).min(PAUSE.1));
         self.pause = Some(pause);
-        self.watch.wait(u64::MAX, pause, &self.stop);
+        self.watch.wait(u64::MAX, pause, &self.call.flag);
     }
 
     fn say(&self, what: What) {

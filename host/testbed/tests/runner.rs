@@ -185,7 +185,6 @@ fn a_fault_is_expected_by_its_kind_and_a_restart_after_it_is_cold() {
     all_pass(
         r#"
         component = "stress"
-        budget = "100ms"
         [[case]]
         name = "by command"
         step = [
@@ -196,7 +195,6 @@ fn a_fault_is_expected_by_its_kind_and_a_restart_after_it_is_cold() {
             { restart = true, commands = ["grow-memory"], expect = { fault = "memory" } },
             { restart = true, commands = ["recurse"], expect = { fault = "stack" } },
             { restart = true, commands = ["bad-enum"], expect = { fault = "result" } },
-            { restart = true, commands = ["endless-loop"], expect = { fault = "budget" } },
         ]
         [[case]]
         name = "in configure"
@@ -226,6 +224,19 @@ fn a_fault_is_expected_by_its_kind_and_a_restart_after_it_is_cold() {
     "#,
     );
     insta::assert_snapshot!("faults", told);
+}
+
+#[test]
+fn a_block_that_never_ends_is_stopped_by_its_budget() {
+    all_pass(
+        r#"
+        component = "stress"
+        budget = "100ms"
+        [[case]]
+        name = "c"
+        step = [{ commands = ["endless-loop"], expect = { fault = "budget" } }]
+    "#,
+    );
 }
 
 #[test]
@@ -291,6 +302,35 @@ fn a_swap_carries_state_settings_and_inputs_over_by_name() {
         ]
     "#,
     );
+}
+
+#[test]
+fn a_swap_that_cannot_be_leaves_the_version_before_with_its_ports() {
+    all_pass(
+        r#"
+        component = "stress"
+        [[case]]
+        name = "the new version traps in configure"
+        step = [
+            { expect = { outputs = { executions = 1 } } },
+            { swap = "stress", settings = { trap = true }, expect = { refused = "trap", outputs = { executions = 2 } } },
+            { swap = "stress", settings = { refuse = true }, expect = { refused = "", outputs = { executions = 3 } } },
+            { swap = "stress", expect = { outputs = { executions = 4 } } },
+        ]
+    "#,
+    );
+    let told = told(
+        r#"
+        component = "stress"
+        [[case]]
+        name = "refused out of the blue"
+        step = [{}, { swap = "stress", settings = { refuse = true } }, { expect = { outputs = { executions = 99 } } }]
+        [[case]]
+        name = "not refused"
+        step = [{}, { swap = "stress", expect = { refused = "x" } }, { expect = { outputs = { executions = 99 } } }]
+    "#,
+    );
+    insta::assert_snapshot!("swaps", told);
 }
 
 #[test]

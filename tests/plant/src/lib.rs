@@ -2,6 +2,8 @@
 //!
 //! The components are those that `cargo xtask guests` made; without them the tests fail and say so.
 
+pub mod forge;
+
 use latchwork_block::{Engine, EngineOptions};
 use latchwork_image::TagId;
 use latchwork_plant::assemble::{Options, Plant, Time, assemble};
@@ -90,6 +92,15 @@ impl Rig {
     /// With `--sim`.
     pub fn sim(mut self) -> Self {
         self.sim = true;
+        self
+    }
+
+    /// With a component in the folder of its plant file, where `component = "NAME.wasm"` and stimulus rows find it.
+    ///
+    /// # Panics
+    /// If it cannot be written.
+    pub fn with(self, name: &str, component: &[u8]) -> Self {
+        std::fs::write(self.folder.path().join(format!("{name}.wasm")), component).expect("a component");
         self
     }
 

@@ -32,6 +32,16 @@ fn run(folder: &str) -> usize {
     let (mut list, mut cases, mut wrong) = (Vec::new(), 0, String::new());
     files(&root().join(folder), &mut list);
     for path in list {
+        // The block in C wants a compiler that not every machine has.
+        let in_c = path.ends_with("pump-hours-c.test.toml")
+            && !target().join("example-components/pump-hours-c.wasm").is_file();
+        if in_c && std::env::var_os("LATCHWORK_SKIP").is_none_or(|s| s != "never") {
+            println!(
+                "{} is passed over: `cargo xtask guests` builds its block where clang-19 and lld-19 are",
+                path.display()
+            );
+            continue;
+        }
         let checked = check_file(&path, &engine, &Options { folders: folders.clone() });
         let Some(file) = &checked.file else {
             wrong += &checked.render(false);
@@ -52,6 +62,11 @@ fn run(folder: &str) -> usize {
 #[test]
 fn the_tests_of_the_shipped_blocks_pass() {
     assert!(run("components") > 100);
+}
+
+#[test]
+fn the_tests_of_the_examples_blocks_pass() {
+    assert!(run("examples") >= 6);
 }
 
 #[test]

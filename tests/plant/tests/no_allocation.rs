@@ -3,7 +3,9 @@
 //! Allocations are counted by thread, so that the tests do not count each other's.
 
 use latchwork_plant::assemble::Time;
+use latchwork_plant::lane::{Request, TapSlot, tap};
 use latchwork_tests_plant::Rig;
+use latchwork_tests_plant::forge::Counter;
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::cell::Cell;
 
@@ -105,6 +107,45 @@ fn ten_thousand_scans_with_changing_values_alarms_and_a_trace_allocate_nothing()
     assert_eq!(plant.lanes[0].statistics().faults, 0);
 }
 
+#[test]
+fn taps_of_every_block_allocate_nothing_whether_they_are_read_or_full() {
+    let mut plant = Rig::new(PLANT).plant(Time::Virtual);
+    let mut readers = Vec::new();
+    for lane in 0..plant.lanes.len() {
+        for place in 0..plant.layout.lanes[lane].blocks.len() {
+            let class = &plant.model.blocks[plant.layout.lanes[lane].blocks[place].block].class;
+            for slot in [TapSlot::Recorder, TapSlot::Shadow] {
+                let (tap, reader) = tap(class, 16, None);
+                let request = Request::Tap { block: place as u32, slot, tap };
+                assert!(plant.supervisor.send(lane, request).is_ok());
+                readers.push((slot, reader));
+            }
+        }
+    }
+    let (mut now, mut frames) = (0, 0);
+    let mut scans = |n: u64| {
+        for _ in 0..n {
+            now += 10_000_000;
+            for lane in &mut plant.lanes {
+                let begun = now;
+                lane.scan(now, now, || begun + 1000);
+            }
+            // Nobody reads for the shadow: those rings are full.
+            for (_, reader) in readers.iter_mut().filter(|(slot, _)| *slot == TapSlot::Recorder) {
+                while reader.next().is_some() {
+                    frames += 1;
+                }
+            }
+        }
+        frames
+    };
+    let first = scans(100);
+    let before = COUNT.with(Cell::get);
+    let last = scans(5_000);
+    assert_eq!(COUNT.with(Cell::get) - before, 0);
+    assert!(last - first >= 30_000, "six blocks and more: {}", last - first);
+}
+
 const INTERRUPTS: &str = r#"
 [lane.main]
 every = "10ms"
@@ -160,4 +201,41 @@ fn edges_ticks_storms_and_their_records_allocate_nothing() {
     let (after_storm, of_storm) = edges(10_000, 20_000);
     assert_eq!(after_storm - after, 0, "a storm");
     assert!(of_storm - last < 2000, "the storm was limited: {} executions", of_storm - last);
+}
+
+#[test]
+fn an_exchange_its_probation_and_its_end_allocate_nothing_in_the_lane() {
+    let v1 = Counter::new(1);
+    let v2 = Counter { retained: Some("u64"), ..Counter::new(2) };
+    let rig = Rig::new(
+        "[lane.main]\nevery = \"10ms\"\n[block.count]\ncomponent = \"v1.wasm\"\nlane = \"main\"\n\
+         [block.other]\ncomponent = \"v1.wasm\"\nlane = \"main\"\n",
+    );
+    let mut plant = rig.with("v1", &v1.component()).with("v2", &v2.component()).plant(Time::Virtual);
+    let mut now = 0;
+    let mut act = |plant: &mut latchwork_plant::assemble::Plant, row: &str, scans: u64| {
+        if !row.is_empty() {
+            let rows = latchwork_io::stimulus::read(format!("time,tag,value\n0s,{row}\n").as_bytes()).expect("a row");
+            let rows = latchwork_plant::run::resolve_stimulus(plant, &rows).expect("a row that fits");
+            plant.stimulate(&rows[0].action, now);
+        }
+        let mut allocations = 0;
+        for _ in 0..scans {
+            now += 10_000_000;
+            plant.serve(now);
+            plant.supervisor.pump();
+            let before = COUNT.with(Cell::get);
+            plant.lanes[0].scan(now, now, || now + 1000);
+            allocations += COUNT.with(Cell::get) - before;
+        }
+        plant.serve(now);
+        let running: Vec<_> = plant.lanes[0].blocks_mut().iter().map(|b| b.rest.version).collect();
+        (allocations, running)
+    };
+    assert_eq!(act(&mut plant, "", 100).1, [0, 0]);
+    assert_eq!(act(&mut plant, "swap.count,v2.wasm other v2.wasm probation=50", 100), (0, vec![1, 2]), "to its end");
+    assert_eq!(act(&mut plant, "swap.count,v1.wasm other v1.wasm probation=50", 20), (0, vec![3, 4]), "on probation");
+    assert_eq!(act(&mut plant, "rollback.count,1", 20), (0, vec![1, 2]), "taken back");
+    assert_eq!(act(&mut plant, "rollback.count,2", 20), (0, vec![5, 2]), "an earlier version");
+    assert_eq!(act(&mut plant, "", 1000), (0, vec![5, 2]), "steady again");
 }

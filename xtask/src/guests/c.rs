@@ -40,7 +40,7 @@ pub(super) fn build(out: &Path) -> Result<()> {
         eprintln!("building {}", block.name);
         let draft = out.join(format!("{}.core", block.name));
         let mut clang = Command::new("clang-19");
-        clang.args(["--target=wasm32", "-Os", "-nostdlib", "-Wall", "-Wextra", "-Werror", "-fuse-ld=wasm-ld-19"]);
+        clang.args(["--target=wasm32", "-Os", "-nostdlib", "-Wall", "-Wextra", "-Werror"]);
         for flag in ["--no-entry", "--export-memory", "--strip-all", "-zstack-size=16384"] {
             clang.arg(format!("-Wl,{flag}"));
         }

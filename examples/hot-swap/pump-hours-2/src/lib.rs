@@ -1,4 +1,4 @@
-//! Run time and starts of a pump, version 2: more starts than fit 16 bits, and service after a number of them.
+//! Run time and starts of a pump, version 2: more starts than fit 16 bits, service after a number of them, the last run.
 #![no_std]
 
 struct PumpHours {
@@ -6,11 +6,18 @@ struct PumpHours {
     run_time: Duration,
     starts: u32,
     running: bool,
+    last_run: Duration,
 }
 
 impl Default for PumpHours {
     fn default() -> Self {
-        Self { settings: Self::defaults(), run_time: Duration::ZERO, starts: 0, running: false }
+        Self {
+            settings: Self::defaults(),
+            run_time: Duration::ZERO,
+            starts: 0,
+            running: false,
+            last_run: Duration::ZERO,
+        }
     }
 }
 
@@ -32,7 +39,9 @@ impl PumpHours {
         // The time since the last execution belongs to what the pump did then.
         if self.running {
             self.run_time.ns = self.run_time.ns.saturating_add(scan.elapsed);
+            self.last_run.ns = self.last_run.ns.saturating_add(scan.elapsed);
         } else if inputs.running {
+            self.last_run = Duration::ZERO;
             self.starts = self.starts.saturating_add(1);
         }
         self.running = inputs.running;
@@ -40,14 +49,15 @@ impl PumpHours {
         let due = service_after > Duration::ZERO && self.run_time >= service_after
             || service_starts > 0 && self.starts >= service_starts;
         let alarms = if due { Alarms::SERVICE_DUE } else { Alarms::empty() };
-        (Outputs { run_time: self.run_time, starts: self.starts }, alarms)
+        (Outputs { run_time: self.run_time, starts: self.starts, last_run: self.last_run }, alarms)
     }
 
     fn save(&self) -> Retained {
-        Retained { run_time: self.run_time, starts: self.starts, running: self.running }
+        Retained { run_time: self.run_time, starts: self.starts, running: self.running, last_run: self.last_run }
     }
 
     fn restore(&mut self, state: Retained) {
-        Retained { run_time: self.run_time, starts: self.starts, running: self.running } = state;
+        Retained { run_time: self.run_time, starts: self.starts, running: self.running, last_run: self.last_run } =
+            state;
     }
 }

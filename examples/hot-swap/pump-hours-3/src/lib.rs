@@ -6,6 +6,7 @@ struct PumpHours {
     run_time: Duration,
     starts: u32,
     running: bool,
+    last_run: Duration,
     /// Executions of the present window, for the load.
     executions: u64,
     /// Executions of it in which the pump ran.
@@ -14,7 +15,15 @@ struct PumpHours {
 
 impl Default for PumpHours {
     fn default() -> Self {
-        Self { settings: Self::defaults(), run_time: Duration::ZERO, starts: 0, running: false, executions: 0, busy: 0 }
+        Self {
+            settings: Self::defaults(),
+            run_time: Duration::ZERO,
+            starts: 0,
+            running: false,
+            last_run: Duration::ZERO,
+            executions: 0,
+            busy: 0,
+        }
     }
 }
 
@@ -36,7 +45,9 @@ impl PumpHours {
         // The time since the last execution belongs to what the pump did then.
         if self.running {
             self.run_time.ns = self.run_time.ns.saturating_add(scan.elapsed);
+            self.last_run.ns = self.last_run.ns.saturating_add(scan.elapsed);
         } else if inputs.running {
+            self.last_run = Duration::ZERO;
             self.starts = self.starts.saturating_add(1);
         }
         self.running = inputs.running;
@@ -45,15 +56,16 @@ impl PumpHours {
         let due = service_after > Duration::ZERO && self.run_time >= service_after
             || service_starts > 0 && self.starts >= service_starts;
         let alarms = if due { Alarms::SERVICE_DUE } else { Alarms::empty() };
-        (Outputs { run_time: self.run_time, starts: self.starts }, alarms)
+        (Outputs { run_time: self.run_time, starts: self.starts, last_run: self.last_run }, alarms)
     }
 
     fn save(&self) -> Retained {
-        Retained { run_time: self.run_time, starts: self.starts, running: self.running }
+        Retained { run_time: self.run_time, starts: self.starts, running: self.running, last_run: self.last_run }
     }
 
     fn restore(&mut self, state: Retained) {
-        Retained { run_time: self.run_time, starts: self.starts, running: self.running } = state;
+        Retained { run_time: self.run_time, starts: self.starts, running: self.running, last_run: self.last_run } =
+            state;
     }
 }
 
@@ -64,7 +76,7 @@ impl PumpHours {
         self.busy += u64::from(self.running);
         // The mistake: where a new window begins, there is nothing yet to divide by.
         if self.busy * 100 / self.executions > 90 && self.executions == 199 {
-            latchwork_sdk::info!("busy {} of 200", self.busy);
+            latchwork_sdk::log::info!("busy {} of 200", self.busy);
             self.busy = 0;
         }
     }

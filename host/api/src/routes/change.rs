@@ -30,7 +30,7 @@ pub(super) struct Set {
 }
 
 /// A value as the plant takes it: text.
-fn text(tag: &str, value: Value) -> Result<String, Failure> {
+pub(super) fn text(tag: &str, value: Value) -> Result<String, Failure> {
     match value {
         Value::String(text) => Ok(text),
         Value::Bool(_) | Value::Number(_) => Ok(value.to_string()),

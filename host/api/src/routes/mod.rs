@@ -4,6 +4,7 @@ mod alarms;
 mod change;
 mod read;
 mod records;
+mod swaps;
 mod watch;
 
 use crate::reply::Failure;
@@ -61,7 +62,13 @@ pub(crate) fn table() -> Vec<Route> {
         on_post("/v1/alarms/out-of-service", alarms::out_of_service),
         on_post("/v1/alarms/in-service", alarms::in_service),
         on_get("/v1/records", records::records),
+        on_get("/v1/recording", read::recording),
         on_post("/v1/heartbeat", change::heartbeat),
+        on_get("/v1/swaps", swaps::list),
+        on_post("/v1/swaps", swaps::start),
+        on_get("/v1/swaps/{number}", swaps::one),
+        on_post("/v1/swaps/{number}/cancel", swaps::cancel),
+        on_post("/v1/blocks/{block}/rollback", swaps::rollback),
     ]
 }
 

@@ -61,3 +61,16 @@ pub(super) async fn settings(
 pub(super) async fn forces(State(shared): State<Arc<Shared>>, caller: Caller, _: Query<Nothing>) -> Answered {
     caller.ask(&shared, None, Operation::Forces).await.map(Json)
 }
+
+/// The flight recorder's memory, as a file.
+pub(super) async fn recording(
+    State(shared): State<Arc<Shared>>,
+    caller: Caller,
+    _: Query<Nothing>,
+) -> Result<impl IntoResponse, Failure> {
+    let bytes = match caller.ask(&shared, None, Operation::Recording).await? {
+        Answer::Recording(bytes) => bytes,
+        _ => Vec::new(),
+    };
+    Ok(([(header::CONTENT_TYPE, "application/octet-stream")], bytes))
+}

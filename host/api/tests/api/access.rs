@@ -130,6 +130,22 @@ fn who_may_not_view_sees_no_values_and_no_records() {
 }
 
 #[test]
+fn who_may_not_swap_is_told_so_whatever_he_sends_and_the_plant_records_it() {
+    if !can_be_others() {
+        return;
+    }
+    let rig = rig(&[("set", "user:nobody")], Limits { forbidden: Duration::from_millis(10), ..Limits::default() });
+    for body in [r#"{"blocks": []}"#.to_owned(), "x".repeat(4 << 20)] {
+        let (status, answer) = as_user(&rig, NOBODY, NOBODY, "POST", "/v1/swaps", &body).expect("a connection");
+        assert_eq!(status, 403, "{answer}");
+        assert!(answer.contains("nobody has no right to `swap`"), "{answer}");
+    }
+    let wishes = rig.wishes();
+    let refused = wishes.iter().filter(|w| matches!(w.operation, Operation::Swap(_)) && w.forbidden.is_some());
+    assert_eq!(refused.count(), 2, "{wishes:?}");
+}
+
+#[test]
 fn many_forbidden_wishes_take_their_time() {
     if !can_be_others() {
         return;

@@ -5,4 +5,5 @@ mod limits;
 mod records;
 mod requests;
 mod support;
+mod swaps;
 mod watch;

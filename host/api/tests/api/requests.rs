@@ -7,7 +7,7 @@ use serde_json::{Value, json};
 use std::sync::atomic::Ordering;
 use std::time::Duration;
 
-fn operation_of(method: &str, path: &str, body: Option<Value>) -> (Operation, String, Value) {
+pub(crate) fn operation_of(method: &str, path: &str, body: Option<Value>) -> (Operation, String, Value) {
     let rig = rig(&[], Limits::default());
     let head = format!("{method} {path} HTTP/1.1\r\nlatchwork-origin: panel");
     let (status, answer) = rig.raw(&head, &body.map(|b| b.to_string()).unwrap_or_default());
@@ -112,7 +112,7 @@ fn every_example_of_the_document_is_understood() {
         for (method, operation) in item.as_object().expect("methods") {
             let example = operation.pointer("/requestBody/content/application~1json/example");
             let Some(example) = example else { continue };
-            let path = path.replace("{block}", "unit");
+            let path = path.replace("{block}", "unit").replace("{number}", "7");
             let (_, reason, _) = operation_of(&method.to_uppercase(), &path, Some(example.clone()));
             assert_eq!(reason, example["reason"].as_str().unwrap_or_default(), "{path}");
             seen += 1;

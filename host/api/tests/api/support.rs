@@ -2,9 +2,11 @@
 
 use latchwork_api::client::{Client, ClientError};
 use latchwork_api::{Config, Limits, Server};
+use latchwork_block::upgrade::{self, Change, Fate, Field, PortChange};
 use latchwork_plant::operate::{
     AlarmRow, Answer, ForceRow, Operation, Operator, Policy, Refused, TagRow, Wishes, console,
 };
+use latchwork_plant::swap::{BlockPlan, Deviation, FailedRun, ShadowReport, Stage, SwapStatus, Version};
 use serde_json::{Value, json};
 use std::io::{Read, Write};
 use std::os::unix::net::UnixStream;
@@ -160,6 +162,66 @@ fn lamp() -> TagRow {
     TagRow { tag: "field.lamp".into(), ty: "bool".into(), value, quality: "bad", forced: true }
 }
 
+/// A swap with something in each of its fields.
+pub(crate) fn swap() -> SwapStatus {
+    let text = |s: &str| s.to_owned();
+    let version = |name: &str| Version {
+        component: text(name),
+        hash: "5e".repeat(32),
+        size: 20_480,
+        class: text("acme:tanks/tank@1.0.0"),
+        imports: vec![text("latchwork:block/log")],
+        path: text("plain"),
+    };
+    let inputs = vec![(text("level"), text("7"))];
+    let fault = FailedRun { kind: text("trap"), message: text("unreachable"), at: 3, inputs: inputs.clone() };
+    let deviation = Deviation {
+        port: text("outputs.level"),
+        count: 1,
+        first: 2,
+        worst: 0.5,
+        worst_at: 2,
+        running: text("1"),
+        candidate: text("1.5"),
+        inputs,
+    };
+    let shadow = ShadowReport {
+        block: text("unit"),
+        deviations: vec![deviation],
+        fault: Some(fault),
+        ..ShadowReport::default()
+    };
+    let field = |name: &str, fate| Field { name: text(name), ty: text("u64"), fate };
+    let plan = BlockPlan {
+        block: text("unit"),
+        old: version("tank"),
+        new: version("tank-2"),
+        ports: vec![PortChange {
+            part: upgrade::Part::Inputs,
+            name: text("gain"),
+            change: Change::Added { ty: text("f64") },
+        }],
+        state: vec![field("starts", Fate::Converted { from: text("u32"), to: text("u64") })],
+        settings: vec![field("pulse", Fate::Carried)],
+        broken: vec![text("nothing leads to it")],
+        notes: vec![text("a note")],
+    };
+    SwapStatus {
+        number: 7,
+        stage: Stage::Shadow,
+        message: String::new(),
+        user: text("alice"),
+        asked: 1,
+        blocks: vec![plan],
+        left: 700,
+        shadow: vec![shadow],
+        prepare_ns: 2,
+        exchange_ns: 3,
+        exchanged_at: 4,
+        saved: false,
+    }
+}
+
 fn execute(plant: &Plant, operation: &Operation) -> Result<Answer, Refused> {
     let done = |text: String| Ok(Answer::Done { done: vec![text] });
     match operation {
@@ -201,6 +263,9 @@ fn execute(plant: &Plant, operation: &Operation) -> Result<Answer, Refused> {
             Err(Refused::new("value", "7 is no duration"))
         }
         Operation::Reset { .. } => Err(Refused::new("state", "the condition is still there")),
+        Operation::Swaps { number: Some(8) } => Ok(Answer::Swaps(Vec::new())),
+        Operation::Swaps { .. } => Ok(Answer::Swaps(vec![swap()])),
+        Operation::Swap(_) | Operation::Rollback { .. } => Ok(Answer::Swap(Box::new(swap()))),
         other => done(format!("{other:?}")),
     }
 }

@@ -2,11 +2,11 @@
 
 use crate::{Class, Port};
 use latchwork_image::Type;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use std::collections::{HashMap, HashSet};
 
 /// A part of a class.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Part {
     /// Input ports.
@@ -24,7 +24,7 @@ pub enum Part {
 }
 
 /// What happens to one port, command or alarm.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case", tag = "change")]
 pub enum Change {
     /// The new version has it, the old one had not.
@@ -49,7 +49,7 @@ pub enum Change {
 }
 
 /// One difference.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct PortChange {
     /// Where.
     pub part: Part,
@@ -61,7 +61,7 @@ pub struct PortChange {
 }
 
 /// Everything that differs; the order of ports does not count.
-#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize)]
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Difference {
     /// Added, gone and changed ports, in the order of the parts and of the classes.
     pub ports: Vec<PortChange>,

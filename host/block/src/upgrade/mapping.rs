@@ -56,6 +56,36 @@ impl Mapping {
         self.identity
     }
 
+    /// The same where the laid-out version's cells stand somewhere else: its argument `n` in cell `arguments[n]`, its result `n`
+    /// in cell `results[n]`. Then whoever applies the plan hands over all cells.
+    ///
+    /// # Panics
+    /// When there are fewer places than [`Class::argument_cells`] and [`Class::output_cells`] say.
+    pub fn placed(mut self, arguments: &[u32], results: &[u32]) -> Self {
+        self.identity = false;
+        for (from, _) in &mut self.arguments.copies {
+            *from = arguments[*from as usize];
+        }
+        if let Some(word) = self.arguments.word.as_mut().filter(|word| !word.bits.is_empty()) {
+            word.from = arguments[word.from as usize];
+        }
+        for (_, to) in &mut self.results.copies {
+            *to = results[*to as usize];
+        }
+        for (to, _) in &mut self.results.constants {
+            *to = results[*to as usize];
+        }
+        if let Some(word) = &mut self.results.word {
+            word.to = results[word.to as usize];
+        }
+        self
+    }
+
+    /// Where a result of the version that executes goes; `None` if nowhere.
+    pub fn result(&self, executed: u32) -> Option<u32> {
+        self.results.copies.iter().find(|(from, _)| *from == executed).map(|(_, to)| *to)
+    }
+
     /// Arguments for the version that executes; a port that the other one does not have reads 0, a signal with quality bad.
     ///
     /// # Panics

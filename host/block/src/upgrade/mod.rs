@@ -7,6 +7,9 @@ mod difference;
 mod mapping;
 mod transfer;
 
+#[cfg(test)]
+mod tests;
+
 pub use difference::{Change, Difference, Part, PortChange};
 pub use mapping::Mapping;
 pub use transfer::{Fate, Field, Transfer, schema};

@@ -3,11 +3,11 @@
 use super::convert::{Convert, Loss};
 use crate::Port;
 use latchwork_image::Type;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use std::collections::HashMap;
 
 /// What becomes of a field.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case", tag = "fate")]
 pub enum Fate {
     /// It keeps its value.
@@ -39,7 +39,7 @@ pub enum Fate {
 }
 
 /// One field and what becomes of it.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Field {
     /// Path.
     pub name: String,

@@ -12,10 +12,12 @@ mod gpio;
 mod inspect;
 mod journal;
 mod records;
+mod replay;
 mod run;
 mod schema;
 mod set;
 mod status;
+mod swap;
 mod tags;
 mod test;
 mod watch;
@@ -41,6 +43,8 @@ pub(crate) fn execute(args: Args) -> Result<Exit> {
         Command::Doctor(doctor) => doctor::execute(engine, doctor, folder(args.cache.clone(), args.no_cache)),
         Command::Gpio(gpio) => gpio::execute(gpio),
         Command::Journal(journal) => journal::execute(journal),
+        Command::Record(record) => replay::record(record),
+        Command::Replay(replay) => replay::execute(&engine()?, replay),
         Command::Status(status) => status::execute(status),
         Command::Watch(watch) => watch::execute(watch),
         Command::Set(set) => set::execute(set),
@@ -56,6 +60,9 @@ pub(crate) fn execute(args: Args) -> Result<Exit> {
         Command::InService(which) => alarms::change(which, "/v1/alarms/in-service"),
         Command::Heartbeat(beat) => command::heartbeat(beat),
         Command::Records(records) => records::execute(records),
+        Command::Swap(args) => swap::swap(args),
+        Command::Rollback(args) => swap::rollback(args),
+        Command::Swaps(args) => swap::swaps(args),
         Command::Test(test) => test::execute(&engine()?, test),
         Command::Fuzz(fuzz) => fuzz::execute(&engine()?, fuzz),
         Command::CheckBlock(check) => check_block::execute(&engine()?, check),

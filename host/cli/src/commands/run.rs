@@ -64,6 +64,11 @@ pub(super) fn execute(engine: &Engine, args: &Run) -> Result<Exit> {
         eprintln!("note: nothing goes to {}: sinks read the journal\n  help: add --data FOLDER", names.join(", "));
     }
     let journal = args.data.as_ref().map(|folder| Kept::open(folder, &mut plant)).transpose()?;
+    if let Some(data) = &args.data {
+        let folder = data.join("recorder");
+        let cannot = || format!("the flight recorder cannot write to {}", folder.display());
+        plant.record_into(&folder).with_context(cannot)?;
+    }
     let server = args.socket.as_ref().map(|socket| serve(socket, &mut plant, args)).transpose()?;
     let show = show(&plant, args);
     let mut watcher = Watcher::new(files, journal, show);

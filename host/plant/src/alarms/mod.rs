@@ -96,31 +96,35 @@ pub struct Annunciator {
 impl Annunciator {
     /// The alarms of a model, without the sources of their conditions.
     pub(crate) fn new(model: &Model) -> Self {
-        let (mut alarms, mut members) = (Alarms::default(), Vec::new());
-        for variable in model.variables.iter().filter(|v| !v.is_command()) {
-            let rule = variable.rule.map(|r| &model.alarm_rules[r]);
-            let rules = rule.map_or(Rules { kind: CodeKind::Alarm, on_delay: 0, off_delay: 0 }, |r| Rules {
-                kind: r.code,
-                on_delay: r.on_delay,
-                off_delay: r.off_delay,
-            });
-            // Names of tags are unique.
-            if alarms.add(&variable.name, rules, variable.group.as_deref()).is_err() {
-                continue;
-            }
-            members.push(Member {
-                priority: rule.map_or(PRIORITY, |r| r.priority),
-                text: variable.text.clone(),
-                group: variable.group.clone(),
-                coded: rule.is_some(),
-                unheard: false,
-                held: None,
-                raised: 0,
-                raised_seq: 0,
-                seq: 0,
-            });
+        let (alarms, members, by_source) = (Alarms::default(), Vec::new(), HashMap::new());
+        let mut all = Self { alarms, members, by_source, epoch: 0, due: None };
+        model.variables.iter().filter(|v| !v.is_command()).for_each(|variable| all.add(model, variable));
+        all
+    }
+
+    /// Adds the alarm of a variable, normal.
+    pub(crate) fn add(&mut self, model: &Model, variable: &Variable) {
+        let rule = variable.rule.map(|r| &model.alarm_rules[r]);
+        let rules = rule.map_or(Rules { kind: CodeKind::Alarm, on_delay: 0, off_delay: 0 }, |r| Rules {
+            kind: r.code,
+            on_delay: r.on_delay,
+            off_delay: r.off_delay,
+        });
+        // Names of tags are unique.
+        if self.alarms.add(&variable.name, rules, variable.group.as_deref()).is_err() {
+            return;
         }
-        Self { alarms, members, by_source: HashMap::new(), epoch: 0, due: None }
+        self.members.push(Member {
+            priority: rule.map_or(PRIORITY, |r| r.priority),
+            text: variable.text.clone(),
+            group: variable.group.clone(),
+            coded: rule.is_some(),
+            unheard: false,
+            held: None,
+            raised: 0,
+            raised_seq: 0,
+            seq: 0,
+        });
     }
 
     /// Number of the alarm of a variable.

@@ -1,7 +1,7 @@
 //! Blocks: each instantiated and configured once before anything moves.
 
 use super::{AssembleError, Time};
-use crate::model::Model;
+use crate::model::{Block, Model};
 use crate::supervisor::Recipe;
 use latchwork_block::{Class, Limits, Template};
 use std::collections::HashMap;
@@ -32,9 +32,7 @@ pub(super) fn instantiate(
                 t
             }
         };
-        // At virtual time the wall clock decides nothing but what never ends.
-        let budget = if time == Time::Virtual { b.budget.max(1_000_000_000) } else { b.budget };
-        let limits = Limits { memory: b.memory, budget_ticks: budget.div_ceil(tick) + 1, ..Limits::default() };
+        let limits = limits(b, time, tick);
         let wrong = |message: String| AssembleError::Block { block: b.name.clone(), message };
         let mut probe = template.instantiate(&limits).map_err(|f| wrong(f.to_string()))?;
         let defaults = probe.defaults().map_err(|f| wrong(f.to_string()))?;
@@ -42,10 +40,17 @@ pub(super) fn instantiate(
         if let Err(sentence) = probe.configure(&settings).map_err(|f| wrong(f.to_string()))? {
             return Err(wrong(format!("it refuses its settings: {sentence}")));
         }
-        recipes.push(Recipe { template, limits, settings });
+        recipes.push(Recipe { template, limits, settings, version: 0 });
         instances.push(probe);
     }
     Ok((recipes, instances))
+}
+
+/// Limits of a block's instances.
+fn limits(block: &Block, time: Time, tick: u64) -> Limits {
+    // At virtual time the wall clock decides nothing but what never ends.
+    let budget = if time == Time::Virtual { block.budget.max(1_000_000_000) } else { block.budget };
+    Limits { memory: block.memory, budget_ticks: budget.div_ceil(tick) + 1, ..Limits::default() }
 }
 
 /// The file's settings, completed by the component's defaults, or 0.

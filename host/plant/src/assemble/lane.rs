@@ -54,6 +54,8 @@ impl LaneWiring {
                 first: true,
                 ran: false,
                 not_finite: false,
+                tapped: false,
+                adapter: None,
                 ins: extend(&mut ins, &b.ins),
                 converts: extend(&mut converts, &b.converts),
                 reals: extend(&mut reals, &b.reals),
@@ -63,10 +65,11 @@ impl LaneWiring {
                 status: b.status.first().map(|(_, cell)| (*cell, 0)),
                 rest: Box::new(Rest {
                     model: b.block,
+                    version: 0,
                     source,
                     alarm_sources,
                     commands: b.commands,
-                    status: registers(of, &b.status, sources),
+                    status: registers(of, &b.status, &mut |name| sources.add(name)),
                     one_shot: 0,
                     qualities: b.qualities.clone(),
                     safe: b.safe.clone(),
@@ -79,6 +82,7 @@ impl LaneWiring {
                     ready: None,
                     messages: Default::default(),
                     not_finite: 0,
+                    taps: Default::default(),
                 }),
             });
         }
@@ -93,6 +97,7 @@ impl LaneWiring {
             every: config.every,
             watchdog: config.watchdog,
             cells,
+            used: this.used as usize,
             region: self.region,
             imports,
             blocks,
@@ -123,11 +128,15 @@ fn extend<T: Clone>(all: &mut Vec<T>, part: &[T]) -> std::ops::Range<u32> {
 }
 
 /// The status registers of a block.
-fn registers(block: &crate::model::Block, status: &[(usize, u32)], sources: &mut Sources) -> Vec<Register> {
+pub(crate) fn registers(
+    block: &crate::model::Block,
+    status: &[(usize, u32)],
+    add: &mut dyn FnMut(String) -> SourceId,
+) -> Vec<Register> {
     let register = |(port, cell): &(usize, u32)| {
         let port = &block.class.outputs[*port];
         let Type::Flags(names) = &port.ty else { return None };
-        let source = sources.add(format!("{}.outputs.{}", block.name, port.path));
+        let source = add(format!("{}.outputs.{}", block.name, port.path));
         Some(Register { cell: *cell, previous: 0, source, names: names.clone() })
     };
     status.iter().filter_map(register).collect()

@@ -20,6 +20,7 @@ use crate::supervisor::{LaneLink, Supervisor};
 use crate::swap::Swaps;
 use interrupt::Interrupts;
 use lane::LaneWiring;
+pub(crate) use lane::registers;
 use latchwork_block::{Engine, LoadError, Ticker};
 use latchwork_image::{ForceBoard, Quality, RegionReader, RegionWriter, Resolved, TagId, View, region};
 use latchwork_io::driver::{Driver, Outputs};
@@ -261,8 +262,8 @@ pub fn assemble(model: Model, engine: &Engine, options: &Options<'_>) -> Result<
         queues.push(incoming);
         let blocks = layout.lanes[index].blocks.len();
         let (to_lane, requests) = rtrb::RingBuffer::new(REQUESTS + blocks);
-        // A block has at most one restart under way, and hands over one dead instance when it is parked.
-        let (restarts, from_lane) = rtrb::RingBuffer::new(2 * blocks + 1);
+        // A block has at most one restart under way of each of two versions, and hands over one dead instance of each.
+        let (restarts, from_lane) = rtrb::RingBuffer::new(4 * blocks + 1);
         let (configured, answers) = rtrb::RingBuffer::new(REQUESTS + blocks);
         let (reports, back) = rtrb::RingBuffer::new(REQUESTS + blocks);
         links.push(LaneLink { restarts: from_lane, requests: to_lane, configured: answers, reports: back });
@@ -324,7 +325,7 @@ pub fn assemble(model: Model, engine: &Engine, options: &Options<'_>) -> Result<
     for incoming in queues {
         router.add(incoming);
     }
-    let supervisor = Supervisor { recipes, lanes: links };
+    let supervisor = Supervisor { recipes, lanes: links, held: Vec::new() };
     let layout = Arc::new(layout);
     let desk = Desk::new(&model, &layout, settings, &regions);
     let tables = model.tables.iter().map(|table| {

@@ -66,6 +66,7 @@ fn block(
     }
     Some(Block {
         name: entry.name.clone(),
+        named: values.text("component").unwrap_or_default().to_owned(),
         component,
         class,
         lane,

@@ -20,7 +20,7 @@ pub(super) struct Loader<'a> {
 }
 
 /// The folders of components that a plant file in `folder` names.
-pub(super) fn folders(file: &PlantFile, folder: &Path) -> Vec<(PathBuf, Span)> {
+pub(crate) fn folders(file: &PlantFile, folder: &Path) -> Vec<(PathBuf, Span)> {
     let Some(Value::List(list)) = file.plant.get("components") else { return Vec::new() };
     let text =
         |(v, span): &(Value, Span)| if let Value::Text(t) = v { Some((folder.join(t), span.clone())) } else { None };

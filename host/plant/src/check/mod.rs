@@ -15,11 +15,14 @@ mod drivers;
 mod interrupts;
 mod lanes;
 mod notes;
+mod recorder;
 mod sinks;
 mod supervision;
 mod tags;
 mod values;
 mod wires;
+
+pub(crate) use components::folders;
 
 use crate::file;
 use crate::model::Model;
@@ -71,7 +74,7 @@ pub fn check_file(path: &Path, engine: &Engine, options: CheckOptions) -> Checke
 /// More than any plant file has; what is longer is something else, perhaps without an end.
 const LONGEST: u64 = 16 << 20;
 
-fn read(path: &Path) -> Result<String, String> {
+pub(crate) fn read(path: &Path) -> Result<String, String> {
     if path.is_dir() {
         return Err("this is a folder; expected a plant file, a TOML text".into());
     }
@@ -96,8 +99,8 @@ pub fn check_text(path: &Path, text: String, engine: &Engine, options: CheckOpti
     // What a broken text means is guesswork; its own errors are enough.
     if checker.findings.is_empty() {
         let file = file::read(&mut checker, root.get_ref(), &text);
-        let folder = path.parent().unwrap_or(Path::new(""));
-        model = Some(build(&mut checker, &file, engine, folder, options));
+        let model = model.insert(build(&mut checker, &file, engine, path, options));
+        model.file = path.into();
     }
     let mut findings = checker.findings;
     findings.sort_by_key(|f| f.span.as_ref().map_or(0, |s| s.start));
@@ -115,13 +118,8 @@ struct Draft<'a> {
     class: Option<(latchwork_block::Component, std::sync::Arc<latchwork_block::Class>)>,
 }
 
-fn build(
-    checker: &mut Checker,
-    file: &file::PlantFile,
-    engine: &Engine,
-    folder: &Path,
-    options: CheckOptions,
-) -> Model {
+fn build(checker: &mut Checker, file: &file::PlantFile, engine: &Engine, path: &Path, options: CheckOptions) -> Model {
+    let folder = path.parent().unwrap_or(Path::new(""));
     let mut lanes = lanes::lanes(checker, file);
     unique_names(checker, file);
     // Without --sim the blocks of [sim] are checked for their keys alone.
@@ -146,6 +144,7 @@ fn build(
     let watchdog = lanes::watchdog(checker, file, &lanes);
     let (alarm_rules, variables) = alarms::rules(checker, file, &tags);
     let mut model = Model {
+        file: Default::default(),
         name: file.plant.text("name").unwrap_or_default().to_owned(),
         lanes: lanes.into_iter().map(|l| l.lane).collect(),
         drivers: drivers.into_iter().filter_map(|d| d.driver).collect(),
@@ -157,9 +156,11 @@ fn build(
         variables,
         tables: supervision::tables(checker, file, &tags),
         heartbeat: supervision::heartbeat(file),
+        recorder: None,
         sinks,
         journal: sinks::journal(file),
     };
+    model.recorder = recorder::recorder(checker, file, &model);
     // Only in a model whose indices are all right is the order of blocks that of the file.
     if !checker.findings.iter().any(|f| f.severity == Severity::Error) {
         notes::order(checker, &model, &drafts);

@@ -123,6 +123,7 @@ pub(crate) struct PlantFile {
     pub(crate) alarms: Vec<AlarmEntry>,
     pub(crate) tables: Vec<TableEntry>,
     pub(crate) heartbeat: Option<Values>,
+    pub(crate) recorder: Option<Values>,
     pub(crate) sinks: Vec<sinks::SinkEntry>,
     pub(crate) journal: Values,
     /// Lanes that are there but were refused: a block that names one is no further error.
@@ -157,6 +158,10 @@ pub(crate) fn read(checker: &mut Checker, root: &DeTable<'_>, text: &str) -> Pla
             ("heartbeat", DeValue::Table(t)) => {
                 checker.whose.clear();
                 file.heartbeat = Some(checker.table(&[&sections::HEARTBEAT], t, entry.key_span));
+            }
+            ("recorder", DeValue::Table(t)) => {
+                checker.whose.clear();
+                file.recorder = Some(checker.table(&[&sections::RECORDER], t, entry.key_span));
             }
             ("alarm", DeValue::Array(list)) => alarms::alarms(checker, list, text, &mut file),
             ("alarm", value) => {

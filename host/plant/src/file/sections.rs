@@ -358,6 +358,35 @@ pub(crate) static HEARTBEAT: Section = Section {
     ],
 };
 
+/// `[recorder]`
+pub(crate) static RECORDER: Section = Section {
+    name: "[recorder]",
+    doc: "The flight recorder: what chosen blocks get and give at each execution, in a ring, for `latchwork replay`. Under \
+          `run --data` it goes on in files.",
+    keys: &[
+        Key::optional("blocks", Kind::List(&Kind::Text), "[]", "Blocks, or globs of them, as in \"zone-*\"."),
+        Key::optional("lanes", Kind::List(&Kind::Text), "[]", "Lanes, or globs of them: all their blocks."),
+        Key::optional(
+            "memory",
+            Kind::Size { min: 64 << 10, max: 4 << 30 },
+            "\"8MiB\"",
+            "Most memory of the ring; what is older goes.",
+        ),
+        Key::optional(
+            "spill",
+            Kind::Size { min: 1 << 20, max: 1 << 40 },
+            "\"64MiB\"",
+            "Most room of the files in the folder `recorder` of `--data`; the oldest go. Components come on top.",
+        ),
+        Key::optional(
+            "keyframe",
+            Kind::Duration { min: 100 * MS, max: 3600 * SECOND },
+            "\"10s\"",
+            "How often the state of a block is saved into the recording, at most one block per scan: a replay can begin there.",
+        ),
+    ],
+};
+
 /// Words for priorities.
 pub(crate) static PRIORITIES: &[&str] = &["low", "medium", "high", "urgent"];
 
@@ -369,5 +398,17 @@ pub(crate) static SCAN_TIME: Kind = Kind::Either(&SCAN_SPAN, &Kind::List(&SCAN_S
 static SCAN_SPAN: Kind = Kind::Duration { min: 0, max: 3600 * SECOND };
 
 /// Tables of the file.
-pub(crate) static TABLES: &[&str] =
-    &["plant", "lane", "driver", "block", "sim", "alarm", "table", "heartbeat", "sink", "journal", "policy"];
+pub(crate) static TABLES: &[&str] = &[
+    "plant",
+    "lane",
+    "driver",
+    "block",
+    "sim",
+    "alarm",
+    "table",
+    "heartbeat",
+    "sink",
+    "journal",
+    "policy",
+    "recorder",
+];

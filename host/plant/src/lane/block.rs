@@ -1,7 +1,7 @@
 //! One block in its lane: execution and what follows from it.
 
-use super::Lane;
-use latchwork_block::{Instance, Scan};
+use super::{Adapter, Lane};
+use latchwork_block::{Fault, Instance, Scan};
 use latchwork_image::Quality;
 use latchwork_record::{Entry, Kind, SourceId};
 use std::ops::Range;
@@ -29,6 +29,10 @@ pub struct Block {
     pub ran: bool,
     /// A plain real output is not finite now.
     pub not_finite: bool,
+    /// Somebody listens: see [`Rest::taps`].
+    pub tapped: bool,
+    /// Its version has another interface than the lane was laid out for.
+    pub adapter: Option<Box<Adapter>>,
     /// Argument cells, in the lane's list.
     pub ins: Range<u32>,
     /// Conversions, in the lane's list.
@@ -51,6 +55,8 @@ pub struct Block {
 pub struct Rest {
     /// Index in the model.
     pub model: usize,
+    /// Number of the version that executes; 0 is the plant file's.
+    pub version: u64,
     /// Name as a source of records.
     pub source: SourceId,
     /// Names of its alarms as sources, by bit.
@@ -83,6 +89,8 @@ pub struct Rest {
     pub messages: super::message::Budget,
     /// Executions with a value that was not finite.
     pub not_finite: u64,
+    /// Who listens.
+    pub taps: super::Taps,
 }
 
 impl Lane {
@@ -98,9 +106,17 @@ impl Lane {
         let now = now.max(block.last);
         let scan = Scan { now, elapsed: if block.ran { now - block.last } else { 0 }, first: block.first };
         let ins = &parts.ins[block.ins.start as usize..block.ins.end as usize];
-        if let Err(fault) = instance.execute(scan, ins, block.out.start, &mut parts.cells) {
-            self.block_fault(index, now, &fault);
-            return;
+        let result = if block.tapped || block.adapter.is_some() {
+            let taps = block.tapped.then_some(&mut block.rest.taps);
+            match &mut block.adapter {
+                Some(adapter) => adapter.execute(instance, scan, taps, &mut parts.cells),
+                None => block.rest.taps.execute(instance, scan, ins, block.out.start, &mut parts.cells),
+            }
+        } else {
+            instance.execute(scan, ins, block.out.start, &mut parts.cells)
+        };
+        if let Err(fault) = result {
+            return self.failed(index, now, &fault);
         }
         block.last = now;
         block.first = false;
@@ -110,6 +126,19 @@ impl Lane {
         }
         if parts.forces.any() {
             parts.forces.apply(&mut parts.cells, block.quality, block.out.end);
+            // Where the block has grown its results stand elsewhere, too. What another block has there is forced already.
+            if let Some(results) = block.adapter.as_ref().map(|a| a.results()) {
+                parts.forces.apply(&mut parts.cells, results.start, results.end);
+            }
+        }
+    }
+
+    /// A fault of an execution; where a version before waits, that one executes in its place.
+    #[cold]
+    fn failed(&mut self, index: usize, now: u64, fault: &Fault) {
+        self.block_fault(index, now, fault);
+        if self.parts.blocks[index].instance.is_some() {
+            self.execute(index, now);
         }
     }
 
@@ -119,9 +148,11 @@ impl Lane {
         let parts = &mut self.parts;
         let block = &parts.blocks[index];
         let Some(instance) = &block.instance else { return };
-        let not_finite = parts.reals[block.reals.start as usize..block.reals.end as usize]
-            .iter()
-            .any(|(cell, mask)| parts.cells[*cell as usize] & mask == *mask);
+        let reals = match &block.adapter {
+            None => &parts.reals[block.reals.start as usize..block.reals.end as usize],
+            Some(adapter) => adapter.reals(),
+        };
+        let not_finite = reals.iter().any(|(cell, mask)| parts.cells[*cell as usize] & mask == *mask);
         let (logged, alarms, status) = (instance.has_log(), block.alarms, block.status);
         if not_finite || block.not_finite {
             self.watch_finite(index, now, not_finite);

@@ -1,6 +1,6 @@
 //! Faults: of a block, contained by its policy, and of the lane itself.
 
-use super::{BlockState, Lane, LaneState, RestartRequest};
+use super::{Block, BlockState, Lane, LaneState, RestartRequest};
 use crate::model::OnFault;
 use latchwork_block::{Fault, FaultKind};
 use latchwork_image::Quality;
@@ -20,16 +20,20 @@ impl Lane {
     /// Contains a fault of one block: outputs by policy, quality bad, one record, restart or parking.
     #[cold]
     pub(super) fn block_fault(&mut self, index: usize, now: u64, fault: &Fault) {
+        if self.fault_on_trial(index, now, fault) {
+            return;
+        }
         self.contain(index, now, fault.kind, &fault.message);
         let parts = &mut self.parts;
         let block = &mut parts.blocks[index];
         let dead = block.instance.take();
         if block.rest.state == BlockState::Faulted {
-            let request = RestartRequest { block: index as u32, model: block.rest.model, dead };
+            let (model, version) = (block.rest.model, block.rest.version);
+            let request = RestartRequest { block: index as u32, model, version, dead };
             // The queue holds one place per block, and a block asks only once at a time.
             let _ = parts.restarts.push(request);
         } else {
-            let _ = parts.restarts.push(RestartRequest { block: u32::MAX, model: block.rest.model, dead });
+            let _ = parts.restarts.push(RestartRequest::dead(&block.rest, dead));
         }
     }
 
@@ -51,16 +55,8 @@ impl Lane {
             parts.cells[cell as usize] &= !rest.one_shot;
             rest.one_shot = 0;
         }
-        block.ran = false;
-        block.not_finite = false;
-        for cell in rest.qualities.iter().chain([&block.quality]) {
-            parts.cells[*cell as usize] = Quality::Bad.cell();
-        }
-        if rest.on_fault != OnFault::Hold {
-            for (cell, value) in &rest.safe {
-                parts.cells[*cell as usize] = *value;
-            }
-        }
+        put_out(block, &mut parts.cells);
+        let rest = &mut *block.rest;
         let outputs = match rest.on_fault {
             OnFault::Hold => "outputs hold their last values",
             OnFault::Safe => "outputs take their safe values",
@@ -115,5 +111,19 @@ impl Lane {
             self.status_changed(index, now);
         }
         self.settle_arrivals(now);
+    }
+}
+
+/// Quality and outputs of a block that is out of order, by its policy.
+pub(super) fn put_out(block: &mut Block, cells: &mut [u64]) {
+    block.ran = false;
+    block.not_finite = false;
+    for cell in block.rest.qualities.iter().chain([&block.quality]) {
+        cells[*cell as usize] = Quality::Bad.cell();
+    }
+    if block.rest.on_fault != OnFault::Hold {
+        for (cell, value) in &block.rest.safe {
+            cells[*cell as usize] = *value;
+        }
     }
 }

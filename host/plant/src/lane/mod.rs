@@ -5,23 +5,31 @@
 //! one that wakes that lane), and logs nothing. Time comes in as an argument, so the same code runs on a real-time thread
 //! and at virtual time. An interrupt lane is a lane with an [`Interrupt`]: see there.
 
+mod adapter;
 mod alarm;
 mod block;
 mod condition;
+mod exchange;
 mod fault;
 mod follow;
+mod grow;
 mod interrupt;
 mod message;
+mod probation;
 mod report;
 mod request;
 mod statistics;
 mod status;
+mod tap;
 mod trace;
 
+pub use adapter::Adapter;
 pub use block::{Block, BlockState, Rest};
 pub use condition::Condition;
+pub use exchange::{Carry, End, Exchange, Exchanged, Exchanging, Saved, Standing};
 pub use fault::{BACK_OFF, STRIKES};
 pub use follow::{EdgeKind, Event, Feed, Follower, Sender, Simulated, Wake};
+pub use grow::Growth;
 pub use interrupt::{
     Arrival, Arrivals, Cause, DirectInput, DirectNames, DirectOutput, DirectPart, EdgeInput, FOLLOW, Interrupt, Watched,
 };
@@ -29,6 +37,7 @@ pub use report::Report;
 pub use request::{Configured, Mode, Reply, Request, RestartRequest};
 pub use statistics::Statistics;
 pub use status::Register;
+pub use tap::{Frame, State as TapState, Tap, TapReader, TapSlot, Taps, Timer, tap};
 pub use trace::{Change, Tracer, Watch};
 
 use crate::layout::{Convert, STATE};
@@ -36,6 +45,9 @@ use latchwork_image::{ForceInbox, RegionReader, RegionWriter};
 use latchwork_record::{Entry, Kind, Recorder, SourceId};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
+
+/// Reports that may find no room at once, besides two per block.
+const REPORTS: usize = 64;
 
 /// State of a lane, first cell of its region.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -85,6 +97,8 @@ pub struct LaneParts {
     pub watchdog: u64,
     /// All cells, the published ones first.
     pub cells: Vec<u64>,
+    /// Number of cells that are published; the region may be longer.
+    pub used: usize,
     /// The lane's region.
     pub region: RegionWriter,
     /// Regions it reads, each with `(slot, cell)`.
@@ -144,6 +158,12 @@ pub struct Lane {
     waiting: Vec<u32>,
     /// Blocks whose one-shot commands go back after their next execution.
     one_shots: Vec<u32>,
+    /// Exchanges that are timed, and those whose old versions wait.
+    trials: Vec<Box<Exchange>>,
+    /// Their blocks, in order.
+    timed: Vec<u32>,
+    /// Reports that found no room.
+    unsent: Vec<Report>,
 }
 
 impl Lane {
@@ -158,6 +178,9 @@ impl Lane {
             state: LaneState::Starting,
             waiting: Vec::with_capacity(blocks),
             one_shots: Vec::with_capacity(blocks),
+            trials: Vec::with_capacity(blocks),
+            timed: Vec::with_capacity(blocks),
+            unsent: Vec::with_capacity(2 * blocks + REPORTS),
         }
     }
 
@@ -224,18 +247,18 @@ impl Lane {
 
     /// One scan at plant time `now`, due at `due` (ns); `clock` tells how long it took.
     pub fn scan(&mut self, due: u64, now: u64, clock: impl Fn() -> u64) -> LaneState {
-        if self.begin_scan(due, now) { self.end_scan(clock()) } else { self.state }
+        if self.begin_scan(due, now, &clock) { self.end_scan(clock()) } else { self.state }
     }
 
     /// The first half of a scan: inputs latched, blocks executed; nobody sees the outputs yet. False when the lane does not
-    /// run any more.
-    pub fn begin_scan(&mut self, due: u64, now: u64) -> bool {
-        if !self.begin(Moment { due, start: now, stamp: now }) {
+    /// run any more. `clock` times what must be timed; one that stands still times nothing.
+    pub fn begin_scan(&mut self, due: u64, now: u64, clock: &dyn Fn() -> u64) -> bool {
+        if !self.begin(Moment { due, start: now, stamp: now }, clock) {
             return false;
         }
         self.parts.import();
         for index in 0..self.parts.blocks.len() {
-            self.execute(index, now);
+            self.step(index, now, clock);
             self.report(index, now);
             // A block may have stopped the lane (`on-fault = "stop-lane"`).
             if self.state != LaneState::Running {
@@ -252,7 +275,7 @@ impl Lane {
     }
 
     /// What every execution of a lane begins with; false when it does not run any more.
-    fn begin(&mut self, moment: Moment) -> bool {
+    fn begin(&mut self, moment: Moment, clock: &dyn Fn() -> u64) -> bool {
         if matches!(self.state, LaneState::Stopped | LaneState::Faulted) {
             return false;
         }
@@ -263,8 +286,18 @@ impl Lane {
         }
         self.parts.forces.update();
         self.release_one_shots();
-        self.take_requests(moment.stamp);
+        self.take_requests(moment.stamp, clock);
         true
+    }
+
+    /// Executes a block; the ones that are timed are.
+    #[inline]
+    fn step(&mut self, index: usize, now: u64, clock: &dyn Fn() -> u64) {
+        if self.trials.is_empty() {
+            self.execute(index, now);
+        } else {
+            self.execute_timed(index, now, clock);
+        }
     }
 
     /// Statistics, watchdog, trace, publication.
@@ -273,7 +306,8 @@ impl Lane {
         let scan_time = end.saturating_sub(start);
         self.statistics.scan(due, start, end);
         self.statistics.report(stamp, &mut self.parts.recorder, self.parts.source);
-        if self.state == LaneState::Running && scan_time > self.parts.watchdog {
+        let excused = !self.trials.is_empty() && self.judge(stamp, scan_time);
+        if self.state == LaneState::Running && scan_time > self.parts.watchdog && !excused {
             let watchdog = self.parts.watchdog;
             self.fail(
                 stamp,
@@ -285,7 +319,7 @@ impl Lane {
         self.parts.tracer.scan(stamp, &self.parts.cells);
         self.parts.watch_conditions(stamp);
         self.parts.recorder.settle(stamp);
-        self.parts.region.publish(&self.parts.cells, stamp);
+        self.parts.publish(stamp);
         for follower in &mut self.parts.followers {
             follower.notify(end, &self.parts.cells);
         }
@@ -308,7 +342,7 @@ impl Lane {
     fn publish_state(&mut self, now: u64) {
         self.parts.cells[STATE as usize] = self.state as u64;
         self.parts.recorder.settle(now);
-        self.parts.region.publish(&self.parts.cells, now);
+        self.parts.publish(now);
     }
 }
 
@@ -320,6 +354,12 @@ impl LaneParts {
             reader.gather(wanted, &mut self.cells);
         }
     }
+
+    /// Shows everybody the published cells as they are now.
+    #[inline]
+    fn publish(&mut self, time: u64) {
+        self.region.publish(&self.cells[..self.used], time);
+    }
 }
 
 impl Drop for Lane {
@@ -328,7 +368,7 @@ impl Drop for Lane {
         if self.state == LaneState::Running {
             self.state = LaneState::Faulted;
             self.parts.cells[STATE as usize] = self.state as u64;
-            self.parts.region.publish(&self.parts.cells, 0);
+            self.parts.publish(0);
         }
         self.mark(u64::MAX);
     }

@@ -1,6 +1,7 @@
 //! What reaches a lane from outside between two scans.
 
-use super::{BlockState, Lane};
+use super::tap::REPORTS;
+use super::{BlockState, Exchange, Lane, Rest, Tap, TapSlot};
 use latchwork_block::{FaultKind, Instance};
 use latchwork_record::{Entry, Kind, Text};
 
@@ -35,8 +36,42 @@ pub enum Request {
         block: u32,
         /// Number of the request, for the answer.
         number: u64,
+        /// Number of the version that they are for.
+        version: u64,
         /// Cells of the settings; they come back, so that nothing is freed here.
         cells: Box<[u64]>,
+        /// The same for the version before, while it waits.
+        waiting: Option<Box<[u64]>>,
+    },
+    /// Other versions of some blocks.
+    Exchange(Box<Exchange>),
+    /// An operator wants those before back, which still wait.
+    TakeBack {
+        /// Number of the exchange.
+        number: u64,
+    },
+    /// Listens to a block from now on; its state comes first. A tap that has the place goes.
+    Tap {
+        /// Index of the block in the lane.
+        block: u32,
+        /// Who listens.
+        slot: TapSlot,
+        /// The lane's end; it comes back by [`super::Report::Tap`].
+        tap: Box<Tap>,
+    },
+    /// Sends a tap the block's state.
+    Keyframe {
+        /// Index of the block in the lane.
+        block: u32,
+        /// Who listens.
+        slot: TapSlot,
+    },
+    /// Listens no more.
+    Untap {
+        /// Index of the block in the lane.
+        block: u32,
+        /// Who listened.
+        slot: TapSlot,
     },
 }
 
@@ -44,8 +79,12 @@ pub enum Request {
 pub struct Configured {
     /// Number of the request.
     pub number: u64,
+    /// Number of the version that they were for.
+    pub version: u64,
     /// The settings.
     pub cells: Box<[u64]>,
+    /// Those of the version before.
+    pub waiting: Option<Box<[u64]>>,
     /// Why it does not take them.
     pub result: Result<(), Text>,
 }
@@ -54,6 +93,8 @@ pub struct Configured {
 pub struct Reply {
     /// Index of the block in the lane.
     pub block: u32,
+    /// Number of the version.
+    pub version: u64,
     /// The instance, configured.
     pub instance: Result<Box<Instance>, Box<(FaultKind, Text)>>,
 }
@@ -64,21 +105,47 @@ pub struct RestartRequest {
     pub block: u32,
     /// Index of the block in the model.
     pub model: usize,
+    /// Number of the version that is wanted.
+    pub version: u64,
     /// The dead instance.
     pub dead: Option<Instance>,
 }
 
+impl RestartRequest {
+    /// Only hands an instance over that is of no more use.
+    pub(super) fn dead(rest: &Rest, dead: Option<Instance>) -> Self {
+        Self { block: u32::MAX, model: rest.model, version: rest.version, dead }
+    }
+}
+
 impl Lane {
-    pub(super) fn take_requests(&mut self, now: u64) {
+    pub(super) fn take_requests(&mut self, now: u64, clock: &dyn Fn() -> u64) {
+        if !self.unsent.is_empty() {
+            self.send_again();
+        }
+        if !self.trials.is_empty() {
+            self.exchange_measured(now, clock);
+        }
         for _ in 0..PER_SCAN {
+            if self.parts.reports.slots() < REPORTS {
+                break;
+            }
             match self.parts.requests.pop() {
                 Ok(Request::Command { block, bit, mode }) => self.command(block, bit, mode),
                 Ok(Request::Restarted(reply)) => self.restarted(reply, now),
-                Ok(Request::Configure { block, number, cells }) => {
-                    let result = self.configure(block as usize, &cells, now);
+                Ok(Request::Configure { block, number, version, cells, waiting }) => {
+                    let result = self.configure(block as usize, version, &cells, now);
+                    if let (Ok(()), Some(cells)) = (&result, &waiting) {
+                        self.configure_waiting(block as usize, cells, now);
+                    }
                     // There is room for as many answers as requests may wait.
-                    let _ = self.parts.configured.push(Configured { number, cells, result });
+                    let _ = self.parts.configured.push(Configured { number, version, cells, waiting, result });
                 }
+                Ok(Request::Exchange(exchange)) => self.take_exchange(exchange, now, clock),
+                Ok(Request::TakeBack { number }) => self.take_back(number, now),
+                Ok(Request::Tap { block, slot, tap }) => self.tap(block as usize, slot, tap, now),
+                Ok(Request::Keyframe { block, slot }) => self.keyframe(block as usize, slot, now),
+                Ok(Request::Untap { block, slot }) => self.untap(block as usize, slot),
                 Err(_) => break,
             }
         }
@@ -127,12 +194,17 @@ impl Lane {
     /// Between two executions, in the time of this scan: that is when a block may take settings.
     #[cold]
     #[expect(clippy::result_large_err, reason = "a text of fixed size is what a lane can make without allocation")]
-    fn configure(&mut self, index: usize, cells: &[u64], now: u64) -> Result<(), Text> {
+    fn configure(&mut self, index: usize, version: u64, cells: &[u64], now: u64) -> Result<(), Text> {
         let block = self.parts.blocks.get_mut(index);
-        let Some(instance) = block.and_then(|b| b.instance.as_mut()) else {
+        if block.as_ref().is_some_and(|b| b.rest.version != version) {
+            return Err(Text::new("another version executes in the meantime; try again"));
+        }
+        let Some((instance, taps)) = block.and_then(|b| b.instance.as_mut().map(|i| (i, &mut b.rest.taps))) else {
             return Err(Text::new("the block is out of order; try again when it runs"));
         };
-        match instance.configure(cells) {
+        let answer = instance.configure(cells);
+        taps.settings(cells, answer.as_ref().ok().map(Result::is_ok));
+        match answer {
             Ok(Ok(())) => Ok(()),
             Ok(Err(sentence)) => Err(Text::new(&sentence)),
             Err(fault) => {
@@ -144,15 +216,23 @@ impl Lane {
 
     fn restarted(&mut self, reply: Reply, now: u64) {
         let index = reply.block as usize;
+        let block = &mut self.parts.blocks[index];
+        let wanted = block.rest.version == reply.version
+            && block.rest.state == BlockState::Faulted
+            && block.rest.ready.is_none();
         match reply.instance {
-            Ok(instance) => self.parts.blocks[index].rest.ready = Some(*instance),
+            Ok(instance) if wanted => block.rest.ready = Some(*instance),
+            // Another version executes in the meantime.
+            Ok(instance) => drop(self.parts.restarts.push(RestartRequest::dead(&block.rest, Some(*instance)))),
+            Err(_) if !wanted => {}
             Err(fault) => {
                 let (kind, text) = *fault;
                 self.waiting.retain(|w| *w != reply.block);
                 self.contain(index, now, kind, text.as_str());
                 let block = &mut self.parts.blocks[index];
                 if block.rest.state == BlockState::Faulted {
-                    let request = RestartRequest { block: reply.block, model: block.rest.model, dead: None };
+                    let (model, version) = (block.rest.model, block.rest.version);
+                    let request = RestartRequest { block: reply.block, model, version, dead: None };
                     let _ = self.parts.restarts.push(request);
                 }
             }
@@ -169,6 +249,7 @@ impl Lane {
         block.rest.state = BlockState::Running;
         block.first = true;
         block.ran = false;
+        block.rest.taps.restarted();
         let entry = Entry::new(now, Kind::Fault, block.rest.source, "restarted").priority(50);
         self.parts.recorder.push(entry);
         true

@@ -6,7 +6,7 @@ mod alarms;
 mod supervision;
 
 pub use alarms::{AlarmRule, Variable};
-pub use supervision::{Heartbeat, StatusTable};
+pub use supervision::{Heartbeat, Recording, StatusTable};
 
 use crate::operate::Policy;
 use latchwork_block::{Class, Component};
@@ -19,9 +19,12 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 /// A plant, checked.
+#[derive(Clone)]
 pub struct Model {
     /// `[plant] name`.
     pub name: String,
+    /// The plant file.
+    pub file: PathBuf,
     /// Lanes in the order of the file.
     pub lanes: Vec<Lane>,
     /// Drivers in the order of the file.
@@ -42,6 +45,8 @@ pub struct Model {
     pub tables: Vec<StatusTable>,
     /// Signs of life.
     pub heartbeat: Heartbeat,
+    /// What the flight recorder records.
+    pub recorder: Option<Recording>,
     /// Sinks in the order of the file.
     pub sinks: Vec<SinkSpec>,
     /// How its journal works, if one is kept.
@@ -105,6 +110,7 @@ pub struct Served {
 }
 
 /// One driver.
+#[derive(Clone)]
 pub struct Driver {
     /// Its kind in the file, also when the plant runs with `--sim`.
     pub kind: &'static DriverKind,
@@ -116,9 +122,12 @@ pub struct Driver {
 }
 
 /// One block.
+#[derive(Clone)]
 pub struct Block {
     /// Name, may have dots.
     pub name: String,
+    /// Its component as the plant file names it.
+    pub named: String,
     /// The component it is an instance of.
     pub component: Component,
     /// The device class it is used as.

@@ -21,3 +21,16 @@ pub struct Heartbeat {
     /// Longest time without one of the supervision, ns.
     pub expect: Option<u64>,
 }
+
+/// `[recorder]`
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Recording {
+    /// Blocks, by index.
+    pub blocks: Vec<usize>,
+    /// Most memory, bytes.
+    pub memory: u64,
+    /// Most room of its files, bytes.
+    pub spill: u64,
+    /// Time between two states of a block, ns.
+    pub keyframe: u64,
+}

@@ -75,6 +75,8 @@ pub enum Answer {
     Forces(Vec<ForceRow>),
     /// How the plant is.
     Status(Value),
+    /// A recording, as a file of the flight recorder.
+    Recording(Vec<u8>),
     /// A swap that was ordered.
     Swap(Box<SwapStatus>),
     /// Swaps.

@@ -65,7 +65,7 @@ impl Plant {
     }
 
     /// Refuses what a lane that has stopped or faulted would never do.
-    pub(super) fn lane_runs(&self, lane: usize) -> Result<(), Refused> {
+    pub(crate) fn lane_runs(&self, lane: usize) -> Result<(), Refused> {
         let state = LaneState::from_cell(self.regions[lane].cell(STATE));
         if matches!(state, LaneState::Stopped | LaneState::Faulted) {
             let name = &self.model.lanes[lane].name;

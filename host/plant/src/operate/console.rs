@@ -70,19 +70,36 @@ impl Console {
         forbidden: Option<String>,
         limit: Duration,
     ) -> Result<Answer, Refused> {
-        let (answer, told) = channel();
         let given_up = Arc::new(AtomicBool::new(false));
-        let shared = Arc::clone(&given_up);
-        self.sender
-            .try_send(Pending { operator, operation, forbidden, answer: Some(answer), given_up: shared })
-            .map_err(|error| match error {
-                TrySendError::Full(_) => Refused::new("busy", "too many wishes wait for the plant; try again"),
-                TrySendError::Disconnected(_) => Refused::new("gone", "the plant has ended"),
-            })?;
+        let told = self.bring(operator, operation, forbidden, &given_up)?;
         told.recv_timeout(limit).unwrap_or_else(|_| {
             given_up.store(true, Ordering::Release);
             Err(Refused::new("gone", "the plant has not answered, and does not do it any more; it may have ended"))
         })
+    }
+}
+
+impl Console {
+    /// Brings a wish and does not wait: the answer comes through what is returned, unless `given_up` is set before.
+    ///
+    /// # Errors
+    /// Too many wishes wait; a plant that has ended.
+    pub fn bring(
+        &self,
+        operator: Operator,
+        operation: Operation,
+        forbidden: Option<String>,
+        given_up: &Arc<AtomicBool>,
+    ) -> Result<Receiver<Result<Answer, Refused>>, Refused> {
+        let (answer, told) = channel();
+        let given_up = Arc::clone(given_up);
+        self.sender.try_send(Pending { operator, operation, forbidden, answer: Some(answer), given_up }).map_err(
+            |error| match error {
+                TrySendError::Full(_) => Refused::new("busy", "too many wishes wait for the plant; try again"),
+                TrySendError::Disconnected(_) => Refused::new("gone", "the plant has ended"),
+            },
+        )?;
+        Ok(told)
     }
 }
 

@@ -94,20 +94,20 @@ type Tell = Box<dyn Fn() -> serde_json::Value + Send>;
 pub struct Desk {
     pub(super) wishes: Option<Wishes>,
     /// Tags by their numbers.
-    pub(super) refs: HashMap<TagId, TagRef>,
+    pub(crate) refs: HashMap<TagId, TagRef>,
     /// Place of each block in its lane.
-    pub(super) places: Vec<u32>,
+    pub(crate) places: Vec<u32>,
     /// The operators' region and its cells: all settings.
     pub(super) region: Option<RegionWriter>,
-    pub(super) cells: Vec<u64>,
+    pub(crate) cells: Vec<u64>,
     /// Settings as the plant file has them.
-    pub(super) of_file: Vec<u64>,
+    pub(crate) of_file: Vec<u64>,
     /// Per block: staged settings by port.
-    pub(super) staged: BTreeMap<usize, BTreeMap<usize, u64>>,
+    pub(crate) staged: BTreeMap<usize, BTreeMap<usize, u64>>,
     pub(super) configuring: Vec<Configuring>,
     pub(super) number: u64,
     /// Commands that stand until they are taken back: block and bit.
-    pub(super) standing: BTreeMap<(usize, u8), bool>,
+    pub(crate) standing: BTreeMap<(usize, u8), bool>,
     /// What else belongs to the status, by name.
     pub(super) also: Vec<(&'static str, Tell)>,
 }
@@ -137,6 +137,18 @@ impl Desk {
             number: 0,
             standing: BTreeMap::new(),
             also: Vec::new(),
+        }
+    }
+
+    /// Settings are on their way to a block.
+    pub(crate) fn is_configuring(&self, block: usize) -> bool {
+        self.configuring.iter().any(|c| c.block == block)
+    }
+
+    /// Shows the settings in effect, at plant time `now`, ns.
+    pub(crate) fn publish(&mut self, now: u64) {
+        if let Some(region) = &mut self.region {
+            region.publish(&self.cells, now);
         }
     }
 

@@ -123,6 +123,8 @@ pub enum Operation {
     Heartbeat,
     /// How the plant is: lanes, blocks, alarms, forces.
     Status,
+    /// What the flight recorder has in memory, as a file.
+    Recording,
     /// Another version of a block, or of several; answered at once with the swap's number, then it goes its way.
     Swap(Box<SwapOrder>),
     /// Calls a swap off that has not reached its lane.
@@ -149,7 +151,7 @@ impl Operation {
     pub fn right(&self) -> &'static str {
         match self {
             Self::Read { .. } | Self::ReadValues { .. } | Self::Forces | Self::Alarms { .. } => "view",
-            Self::Status | Self::Swaps { .. } => "view",
+            Self::Status | Self::Swaps { .. } | Self::Recording => "view",
             Self::Set { .. } | Self::WriteValues { .. } | Self::DiscardValues { .. } => "set",
             Self::Force { .. } | Self::Unforce { .. } => "force",
             Self::Swap(_) | Self::CancelSwap { .. } | Self::Rollback { .. } => "swap",

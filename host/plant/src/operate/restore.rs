@@ -86,7 +86,7 @@ impl Plant {
                 return None;
             }
         };
-        let of_file = self.desk.of_file[self.layout.settings[block].start + port];
+        let of_file = self.desk.of_file[self.layout.settings[block][port]];
         if ty.format(of_file) != kept.file {
             let mut draft = Draft::new(0, Kind::Setting, name, "replaced");
             (draft.previous, draft.current) = (latchwork_image::Value::Text(kept.value), ty.value(of_file));
@@ -106,7 +106,7 @@ impl Plant {
 
     fn restore_settings(&mut self, block: usize, ports: &[(usize, u64)]) {
         let _ticker = Ticker::start(&self.engine, Duration::from_nanos(self.tick));
-        let mut cells = self.desk.cells[self.layout.settings[block].clone()].to_vec();
+        let mut cells: Vec<_> = self.layout.settings[block].iter().map(|at| self.desk.cells[*at]).collect();
         ports.iter().for_each(|(port, cell)| cells[*port] = *cell);
         let (lane, place) = (self.model.blocks[block].lane, self.desk.places[block] as usize);
         let name = self.model.blocks[block].name.clone();

@@ -3,6 +3,7 @@
 use super::{Answer, Console, Operation, Operator, Pending, Refused, Wish, console};
 use crate::alarms::{AlarmWish, remark};
 use crate::assemble::Plant;
+use crate::lane::Report;
 use crate::sim::Action;
 use latchwork_record::{Draft, Kept, Kind};
 
@@ -40,7 +41,7 @@ impl Plant {
     }
 
     /// Hears all wishes that wait and what the lanes said to earlier ones, at plant time `now`, ns.
-    pub(crate) fn serve(&mut self, now: u64) {
+    pub fn serve(&mut self, now: u64) {
         // Not all at once: whoever reads much must not keep the lanes' queues from being emptied.
         for _ in 0..WISHES {
             let Some(pending) = self.desk.wishes.as_ref().and_then(|w| w.next()) else { break };
@@ -62,11 +63,15 @@ impl Plant {
     }
 
     /// What the lanes sent back, each to whom it concerns.
-    fn lane_reports(&mut self, now: u64) {
+    pub(crate) fn lane_reports(&mut self, now: u64) {
         let _ = now;
         for lane in 0..self.supervisor.lanes.len() {
             while let Ok(report) = self.supervisor.lanes[lane].reports.pop() {
-                match report {}
+                match report {
+                    Report::Exchanged(told) => self.exchanged(*told, now),
+                    Report::SwapEnded(exchange) => self.swap_ended(*exchange, now),
+                    Report::Tap(tap) => drop(tap),
+                }
             }
         }
     }
@@ -88,6 +93,7 @@ impl Plant {
             Operation::Forces => Ok(Answer::Forces(self.forced())),
             Operation::Status => Ok(Answer::Status(self.status(now))),
             Operation::Heartbeat => Ok(done(self.hear(now))),
+            Operation::Recording => self.recording_asked().map(Answer::Recording),
             Operation::ReadValues { block } => self.read_values(block).map(Answer::Tags),
             Operation::Set { values, write } => match self.stage(values, *write, &operator, now) {
                 Ok(staged) if *write && !staged.settings.is_empty() => {
@@ -103,6 +109,10 @@ impl Plant {
             Operation::Force { tag, value } => self.force(tag, value, &operator, now).map(done),
             Operation::Unforce { tag } => self.unforce(tag, &operator, now).map(done),
             Operation::Command { tag, on } => self.command(tag, *on, &operator, now).map(done),
+            Operation::Swap(order) => self.swap(order, &operator, now),
+            Operation::CancelSwap { number } => self.cancel_swap(*number, &operator, now),
+            Operation::Swaps { number } => self.swap_list(*number),
+            Operation::Rollback { block, steps } => self.rollback(block, *steps, &operator, now),
             // Those of alarms went another way.
             _ => Err(Refused::new("unknown", "this plant does not know the operation")),
         };
@@ -125,7 +135,7 @@ impl Plant {
     }
 
     /// The draft of a record about what an operator did.
-    pub(super) fn did(now: u64, kind: Kind, source: &str, transition: &'static str, operator: &Operator) -> Draft {
+    pub(crate) fn did(now: u64, kind: Kind, source: &str, transition: &'static str, operator: &Operator) -> Draft {
         let mut draft = Draft::new(now, kind, source, transition);
         draft.user.clone_from(&operator.user);
         draft.priority = PRIORITY;
@@ -161,6 +171,7 @@ impl Operation {
                 | Self::Forces
                 | Self::Alarms { .. }
                 | Self::Status
+                | Self::Recording
                 | Self::Swaps { .. }
         )
     }
@@ -186,6 +197,7 @@ impl Operation {
             Self::OutOfService { out: false, .. } => "in-service",
             Self::Heartbeat => "heartbeat",
             Self::Status => "status",
+            Self::Recording => "recording",
             Self::Swap(_) => "swap",
             Self::CancelSwap { .. } => "cancel-swap",
             Self::Swaps { .. } => "swaps",
@@ -205,7 +217,7 @@ impl Operation {
             | Self::Shelve { alarm, .. }
             | Self::Unshelve { alarm }
             | Self::OutOfService { alarm, .. } => (Kind::Command, alarm.clone()),
-            Self::Swap(order) => (Kind::Swap, order.parts.first().map_or("", |p| &p.block).to_owned()),
+            Self::Swap(order) => (Kind::Swap, order.parts.first().map_or("plant", |p| &p.block).to_owned()),
             Self::Rollback { block, .. } => (Kind::Swap, block.clone()),
             Self::CancelSwap { .. } => (Kind::Swap, "plant".into()),
             _ => (Kind::Audit, "plant".into()),

@@ -58,7 +58,7 @@ impl Plant {
         }
         let (mut done, mut writes) = (Vec::new(), Writes::new());
         for (name, ty, block, port, cell) in settings {
-            let effective = self.desk.cells[self.layout.settings[block].start + port];
+            let effective = self.desk.cells[self.layout.settings[block][port]];
             self.desk.staged.entry(block).or_default().insert(port, cell);
             let mut draft = Self::did(now, Kind::Setting, name, "staged", operator);
             (draft.previous, draft.current) = (ty.value(effective), ty.value(cell));
@@ -80,7 +80,7 @@ impl Plant {
         Ok(Staged { done, settings: writes })
     }
 
-    fn block(&self, name: &str) -> Result<usize, Refused> {
+    pub(crate) fn block(&self, name: &str) -> Result<usize, Refused> {
         self.model.blocks.iter().position(|b| b.name == name).ok_or_else(|| {
             let near = nearest(name, self.model.blocks.iter().map(|b| b.name.as_str()));
             let hint = near.map(|n| format!("; did you mean `{n}`?")).unwrap_or_default();
@@ -109,17 +109,18 @@ impl Plant {
             if let Err(why) = self.lane_runs(blocks[*block].lane) {
                 return self.refuse(pending, why, now);
             }
+            if self.settings_wait(*block) {
+                let why = busy(&blocks[*block].name, "its lane is about to exchange it; try again");
+                return self.refuse(pending, why, now);
+            }
         }
         let operator = pending.operator.clone();
         let ticket = Ticket { pending: Some(pending), left: writes.len(), done, refused: None };
         let ticket = Arc::new(Mutex::new(ticket));
         for (block, ports) in writes {
-            let range = self.layout.settings[block].clone();
-            let mut cells: Box<[u64]> = self.desk.cells[range].into();
-            ports.iter().for_each(|(port, cell)| cells[*port] = *cell);
             self.desk.number += 1;
             let number = self.desk.number;
-            let request = Request::Configure { block: self.desk.places[block], number, cells };
+            let (cells, waiting) = (self.changed_settings(block, &ports), self.changed_waiting(block, &ports));
             let configuring = Configuring {
                 number,
                 block,
@@ -128,6 +129,15 @@ impl Plant {
                 ticket: Arc::clone(&ticket),
                 asked: now,
             };
+            let cells = match cells {
+                Ok(cells) => cells,
+                Err(why) => {
+                    self.not_taken(configuring, "state", &why, now);
+                    continue;
+                }
+            };
+            let (place, version) = (self.desk.places[block], self.supervisor.recipes[block].version);
+            let request = Request::Configure { block: place, number, version, cells, waiting };
             if self.supervisor.send(self.model.blocks[block].lane, request).is_ok() {
                 self.desk.configuring.push(configuring);
             } else {
@@ -175,12 +185,12 @@ impl Plant {
     fn taken(&mut self, configuring: Configuring, answer: &Configured, now: u64) {
         let block = configuring.block;
         let model = Arc::clone(&self.model);
-        let start = self.layout.settings[block].start;
         let mut sentences = Vec::new();
         for (port, cell) in &configuring.ports {
             let ty = &model.blocks[block].class.settings[*port].ty;
             let tag = model.tag_name(TagRef::Setting { block, port: *port });
-            let (before, of_file) = (self.desk.cells[start + port], self.desk.of_file[start + port]);
+            let at = self.layout.settings[block][*port];
+            let (before, of_file) = (self.desk.cells[at], self.desk.of_file[at]);
             let kept = json!({ "value": ty.format(*cell), "file": ty.format(of_file) });
             let value = (*cell != of_file).then(|| kept.to_string());
             let mut draft = Self::did(now, Kind::Setting, &tag, "written", &configuring.operator);
@@ -192,18 +202,19 @@ impl Plant {
         if let Some(staged) = self.desk.staged.get_mut(&block) {
             staged.retain(|port, cell| configuring.ports.get(port) != Some(cell));
         }
-        self.take_settings(block, &answer.cells, now);
+        self.settings_taken(block, answer, now);
         configuring.ticket().taken(sentences);
     }
 
     /// New settings are in effect: shown, and what a restarted block gets.
     pub(super) fn take_settings(&mut self, block: usize, cells: &[u64], now: u64) {
-        let range = self.layout.settings[block].clone();
-        self.desk.cells[range].copy_from_slice(cells);
         self.supervisor.recipes[block].settings = cells.to_vec();
-        if let Some(region) = &mut self.desk.region {
-            region.publish(&self.desk.cells, now);
-        }
+        self.show_settings(block, now);
+    }
+
+    /// Settings are on their way to a block.
+    pub(crate) fn settings_under_way(&self, block: usize) -> bool {
+        self.desk.configuring.iter().any(|c| c.block == block)
     }
 
     pub(super) fn discard(&mut self, name: &str, operator: &Operator, now: u64) -> Result<Vec<String>, Refused> {
@@ -221,7 +232,7 @@ impl Plant {
     /// Settings of a block: in effect; after each one that is staged, with the tag's name and ` (staged)`, that value.
     pub(super) fn read_values(&self, name: &str) -> Result<Vec<TagRow>, Refused> {
         let block = self.block(name)?;
-        let (start, mut rows) = (self.layout.settings[block].start, Vec::new());
+        let (places, mut rows) = (&self.layout.settings[block], Vec::new());
         for (port, p) in self.model.blocks[block].class.settings.iter().enumerate() {
             let row = |tag: String, cell| TagRow {
                 tag,
@@ -231,7 +242,7 @@ impl Plant {
                 forced: false,
             };
             let tag = self.model.tag_name(TagRef::Setting { block, port });
-            rows.push(row(tag.clone(), self.desk.cells[start + port]));
+            rows.push(row(tag.clone(), self.desk.cells[places[port]]));
             if let Some(cell) = self.desk.staged.get(&block).and_then(|s| s.get(&port)) {
                 rows.push(row(format!("{tag} (staged)"), *cell));
             }

@@ -41,13 +41,17 @@ impl Plant {
                 let place = self.desk.places[index] as usize;
                 let of_lane = &self.layout.lanes[block.lane].blocks[place];
                 let quality = Quality::from_cell(self.regions[block.lane].cell(of_lane.quality));
-                json!({
+                let mut row = json!({
                     "name": block.name,
-                    "class": block.class.name,
+                    "class": self.supervisor.recipes[index].template.class().name,
                     "lane": self.model.lanes[block.lane].name,
                     "path": format!("{:?}", self.supervisor.recipes[index].template.path()).to_lowercase(),
                     "quality": quality.name(),
-                })
+                });
+                if let Value::Object(row) = &mut row {
+                    self.version_row(index, row);
+                }
+                row
             })
             .collect();
         let (listed, unacknowledged) = self.annunciator.counts();

@@ -1,14 +1,242 @@
-//! The flight recorder: what chosen blocks got and gave, in a bounded ring.
+//! The flight recorder: what chosen blocks got and gave, in a bounded ring, and on disk under `--data`.
+//!
+//! ```text
+//! lane ─tap─► Channel (one per block: events, coded off the lane) ─Segment─► Ring (memory) ─► a file on demand
+//!                                                                 └───────► Spill (own thread) ─► DATA/recorder/*
+//! ```
+//!
+//! A segment begins with a state, a cold start, or goes on where the one before ended; it is cut at every state, when it is
+//! full, when a block faults and when the plant stops.
 
-use crate::assemble::Plant;
+mod channel;
+mod ring;
+mod spill;
+
+use crate::assemble::{Plant, Time};
+use crate::lane::{Request, TapSlot, tap};
+use crate::operate::Refused;
+use channel::{Channel, Turn};
+use latchwork_record::{Draft, Kind};
+use latchwork_testbed::replay::{Segment, component_chunk, hash_of, segment_chunk};
+use ring::Ring;
+use spill::Spill;
+use std::path::Path;
+
+/// Executions of one block that may be on their way from the lane.
+const ROOM: usize = 512;
+/// Bytes of a segment after which it is cut, at most.
+const SEGMENT: u64 = 32 << 10;
+/// A state that was asked for and has not come is asked for again after so long, ns of plant time.
+const PATIENCE: u64 = 1_000_000_000;
+/// Nothing was missed for so long, ns: that is over.
+const CALM: u64 = 10_000_000_000;
 
 /// What is recorded.
 #[derive(Default)]
-pub struct Recorder {}
+pub struct Recorder {
+    channels: Vec<Channel>,
+    ring: Ring,
+    spill: Option<Spill>,
+    /// Number of this run.
+    run: u64,
+    keyframe: u64,
+    /// Bytes of a segment after which it is cut.
+    cut: usize,
+    /// Events missed since the record that says so, and plant time of the last, ns.
+    missed: Option<(u64, u64)>,
+    real_time: bool,
+}
 
 impl Plant {
-    /// Takes what the lanes have recorded.
+    /// The flight recorder goes on in files of this folder, which is made; call it before the run. Does nothing in a plant
+    /// without one.
+    pub fn record_into(&mut self, folder: &Path) -> std::io::Result<()> {
+        if let Some(config) = &self.model.recorder {
+            self.recorder.spill = Some(Spill::open(folder, config.spill)?);
+        }
+        Ok(())
+    }
+
+    /// Before the first scan: every block that is to be recorded is, from its cold start on.
+    pub(crate) fn begin_recorder(&mut self) {
+        let Some(config) = self.model.recorder.clone() else { return };
+        let recorder = &mut self.recorder;
+        let blocks = config.blocks.len().max(1) as u64;
+        recorder.run = recorder.spill.as_ref().map_or(1, Spill::run);
+        recorder.keyframe = config.keyframe;
+        recorder.real_time = self.time == Time::Real;
+        recorder.ring = Ring::new(config.memory);
+        // Of the memory half at most is in segments that are not cut yet.
+        recorder.cut = SEGMENT.min(config.memory / (2 * blocks)) as usize;
+        for (n, block) in config.blocks.iter().enumerate() {
+            let lane = self.model.blocks[*block].lane;
+            let place = self.layout.lanes[lane].blocks.iter().position(|b| b.block == *block).unwrap_or(0) as u32;
+            // One after another: states are not saved all at once.
+            let first = config.keyframe / blocks * (n as u64 + 1);
+            recorder.channels.push(Channel::new(*block, lane, place, first));
+        }
+        self.listen();
+    }
+
+    /// Taps what is not tapped: at the start, and what became another version.
+    fn listen(&mut self) {
+        for index in 0..self.recorder.channels.len() {
+            let channel = &self.recorder.channels[index];
+            let (block, lane, place) = (channel.block(), channel.lane(), channel.place());
+            if channel.listens() || self.desk.is_configuring(block) {
+                continue;
+            }
+            let recipe = &self.supervisor.recipes[block];
+            let (class, settings) = (recipe.template.class().clone(), recipe.settings.clone());
+            let (lane_end, reader) = tap(&class, ROOM, None);
+            let request = Request::Tap { block: place, slot: TapSlot::Recorder, tap: lane_end };
+            if self.supervisor.send(lane, request).is_err() {
+                continue;
+            }
+            let of = &self.model.blocks[block];
+            let head = latchwork_testbed::replay::Head {
+                run: self.recorder.run,
+                epoch: self.router.epoch(),
+                block: of.name.clone(),
+                lane: self.model.lanes[lane].name.clone(),
+                every: self.model.lanes[lane].every,
+                component: of.component.name().into(),
+                hash: of.component.hash().into(),
+                class: class.name.clone(),
+                memory: of.memory,
+                number: 0,
+                start: latchwork_testbed::replay::Start::Continued,
+                settings,
+                cells: [class.argument_cells(), class.output_cells()],
+                from: 0,
+                to: 0,
+                executions: 0,
+            };
+            self.recorder.channels[index].listen(reader, head);
+            self.recorder.add_component(of.component.bytes());
+        }
+    }
+
+    /// Takes what the lanes have recorded, at plant time `now`, ns.
     pub(crate) fn recorder_turn(&mut self, now: u64) {
-        let _ = now;
+        if self.recorder.channels.is_empty() {
+            return;
+        }
+        let mut all = Turn::default();
+        for index in 0..self.recorder.channels.len() {
+            let cut = self.recorder.cut;
+            let turn = self.recorder.channels[index].turn(now, cut);
+            self.recorder.take(turn.segments);
+            all.missed += turn.missed;
+            all.faulted |= turn.faulted;
+        }
+        if all.faulted {
+            // What led to it is on disk before anything else can happen.
+            self.recorder.cut_all();
+            self.recorder.sync();
+        }
+        self.tell_missed(all.missed, now);
+        self.ask_for_states(now);
+        self.listen();
+    }
+
+    /// Everything that is in memory, as a recording in one file; what goes on is not in it.
+    pub fn recording(&mut self) -> Vec<u8> {
+        self.recorder.cut_all();
+        self.recorder.ring.to_bytes()
+    }
+
+    /// The same for an operator; refused where nothing is recorded.
+    pub(crate) fn recording_asked(&mut self) -> Result<Vec<u8>, Refused> {
+        if self.recorder.channels.is_empty() {
+            let why = "nothing is recorded: say in [recorder] of the plant file which blocks are to be";
+            return Err(Refused::new("state", why));
+        }
+        Ok(self.recording())
+    }
+
+    /// At most one state per lane is on its way.
+    fn ask_for_states(&mut self, now: u64) {
+        let recorder = &mut self.recorder;
+        for index in 0..recorder.channels.len() {
+            let lane = recorder.channels[index].lane();
+            if !recorder.channels[index].is_due(now)
+                || recorder.channels.iter().any(|c| c.lane() == lane && c.waits_for_state(now, PATIENCE))
+            {
+                continue;
+            }
+            let channel = &mut recorder.channels[index];
+            let request = Request::Keyframe { block: channel.place(), slot: TapSlot::Recorder };
+            if self.supervisor.send(lane, request).is_ok() {
+                channel.asked(now, recorder.keyframe);
+            }
+        }
+    }
+
+    /// One record when events begin to be missed, one when it is over.
+    fn tell_missed(&mut self, missed: u64, now: u64) {
+        let record = |transition, text: String| {
+            let mut draft = Draft::new(now, Kind::Lost, "recorder", transition);
+            (draft.priority, draft.text) = (100, text);
+            draft
+        };
+        let failed = self.recorder.spill.as_mut().and_then(Spill::failure);
+        if let Some(why) = failed {
+            self.tell(record("not-written", format!("the flight recorder's files are incomplete: {why}")), Vec::new());
+        }
+        match &mut self.recorder.missed {
+            None if missed > 0 => {
+                self.recorder.missed = Some((missed, now));
+                let text = "the flight recorder misses executions: this machine is too busy to record so much".into();
+                self.tell(record("missing", text), Vec::new());
+            }
+            Some((sum, last)) if missed > 0 => (*sum, *last) = (*sum + missed, now),
+            Some((sum, last)) if now.saturating_sub(*last) > CALM => {
+                let text = format!("the flight recorder records everything again; {sum} executions are missing");
+                self.recorder.missed = None;
+                self.tell(record("recording", text), Vec::new());
+            }
+            _ => {}
+        }
+    }
+}
+
+impl Recorder {
+    fn add_component(&mut self, bytes: &[u8]) {
+        let hash = hash_of(bytes);
+        if self.ring.add_component(&hash, component_chunk(bytes))
+            && let Some(spill) = &mut self.spill
+        {
+            spill.component(hash, bytes);
+        }
+    }
+
+    fn take(&mut self, segments: Vec<Segment>) {
+        for segment in segments {
+            let chunk = segment_chunk(&segment);
+            if let Some(spill) = &mut self.spill {
+                spill.segment(chunk.clone(), self.real_time);
+            }
+            let open = self.channels.iter().map(Channel::open_bytes).sum();
+            self.ring.add(segment.head.hash, chunk, open);
+        }
+    }
+
+    fn cut_all(&mut self) {
+        let segments: Vec<_> = self.channels.iter_mut().filter_map(Channel::cut).collect();
+        self.take(segments);
+    }
+
+    fn sync(&mut self) {
+        if let Some(spill) = &mut self.spill {
+            spill.sync();
+        }
+    }
+}
+
+impl Drop for Recorder {
+    /// The plant has stopped: the rest goes to the disk, too.
+    fn drop(&mut self) {
+        self.cut_all();
     }
 }

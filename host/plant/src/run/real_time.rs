@@ -78,6 +78,7 @@ pub fn run_real(
 ) -> Outcome {
     let _ticker = Ticker::start(&plant.engine, Duration::from_nanos(plant.tick));
     let before = plant.router.last_seq();
+    plant.begin_recorder();
     let io = start_drivers(std::mem::take(&mut plant.drivers), &clock);
     wait_for_readings(&plant, &*clock, stop);
     let counted = plant.lanes.iter().position(|l| !l.is_interrupt()).unwrap_or(0);

@@ -4,8 +4,10 @@ use crate::assemble::Plant;
 use crate::model::TagRef;
 use crate::operate::Operation;
 use crate::sim::{Action, Stimulus};
+use crate::swap::{Part, SwapOrder};
 use latchwork_image::{Type, nearest};
 use latchwork_io::stimulus::Stimulus as Row;
+use std::path::Path;
 
 /// A row that does not fit the plant.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -31,7 +33,7 @@ pub fn resolve(plant: &Plant, rows: &[Row]) -> Result<Vec<Stimulus>, Vec<Stimulu
 
 fn action(plant: &Plant, row: &Row) -> Result<Action, String> {
     let value = |ty: &Type| ty.parse(&row.value).map_err(|e| format!("`{}`: {e}", row.tag));
-    if let Some(operation) = operation(plant, row)? {
+    if let Some(operation) = swap(plant, row)?.map_or_else(|| operation(plant, row), |o| Ok(Some(o)))? {
         return Ok(Action::Operate(operation));
     }
     if plant.sim.is_fed(&row.tag) {
@@ -64,6 +66,70 @@ fn action(plant: &Plant, row: &Row) -> Result<Action, String> {
         }
     }
 }
+
+/// `swap.BLOCK` with a component and words behind it, `rollback.BLOCK` with a number of steps.
+fn swap(plant: &Plant, row: &Row) -> Result<Option<Operation>, String> {
+    let known = |name: &&str| plant.model.blocks.iter().any(|b| b.name == **name);
+    let number = |word: &str, of: &str| {
+        word.parse::<u64>().map_err(|_| format!("`{}`: \"{word}\" is no whole number{of}", row.tag))
+    };
+    if let Some(block) = row.tag.strip_prefix("rollback.").filter(known) {
+        let steps = number(row.value.trim(), " of versions to go back")?;
+        return Ok(Some(Operation::Rollback { block: block.into(), steps }));
+    }
+    let Some(block) = row.tag.strip_prefix("swap.").filter(known) else { return Ok(None) };
+    let mut order = SwapOrder {
+        parts: Vec::new(),
+        shadow: 0,
+        tolerances: Vec::new(),
+        probation: PROBATION,
+        allow_lossy: false,
+        dry_run: false,
+        save: false,
+    };
+    let (mut next, mut settings) = (Some(block), Vec::new());
+    for word in row.value.split_whitespace() {
+        let (key, value) = word.split_once('=').unwrap_or((word, ""));
+        if let Some(block) = next.take() {
+            order.parts.push(part(plant, row, block, word)?);
+            continue;
+        }
+        match (key, value) {
+            ("shadow", value) => order.shadow = number(value, " of executions")?,
+            ("probation", value) => order.probation = number(value, " of executions")?,
+            ("allow-lossy", "") => order.allow_lossy = true,
+            ("dry-run", "") => order.dry_run = true,
+            (name, "") if known(&name) => next = Some(name),
+            (name, value) if name.starts_with("settings.") => {
+                let setting = (name["settings.".len()..].to_owned(), value.to_owned());
+                settings.push((order.parts.len() - 1, setting));
+            }
+            _ => {
+                return Err(format!(
+                    "`{}`: \"{word}\" means nothing; expected a component, then shadow=N, probation=N, allow-lossy, \
+                     dry-run, settings.NAME=VALUE or a further block and its component",
+                    row.tag
+                ));
+            }
+        }
+    }
+    if let Some(block) = next {
+        return Err(format!("`{}`: there is no component for `{block}`", row.tag));
+    }
+    settings.into_iter().for_each(|(part, setting)| order.parts[part].settings.push(setting));
+    Ok(Some(Operation::Swap(Box::new(order))))
+}
+
+/// A block and its component, whose file is found from the folder of the plant file.
+fn part(plant: &Plant, row: &Row, block: &str, file: &str) -> Result<Part, String> {
+    let path = plant.model.file.parent().unwrap_or(Path::new("")).join(file);
+    let bytes = std::fs::read(&path).map_err(|e| format!("`{}`: {}: {e}", row.tag, path.display()))?;
+    let file = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
+    Ok(Part { block: block.into(), file, bytes: bytes.into(), settings: Vec::new() })
+}
+
+/// Executions of a probation that the row says nothing of.
+const PROBATION: u64 = 1000;
 
 /// What may be done to an alarm.
 const ALARM_WORDS: &str = "ack, reset, shelve 10m, unshelve, out-of-service or in-service";

@@ -120,7 +120,9 @@ fn wait(lane: &mut Lane, drive: &Drive<'_>) {
         }
         lane.calm(now);
         if polls && now >= due {
-            if lane.begin_poll(due, clock.now()) && lane.end_activation(clock.now()) == LaneState::Faulted {
+            if lane.begin_poll(due, clock.now(), &|| clock.now())
+                && lane.end_activation(clock.now()) == LaneState::Faulted
+            {
                 return;
             }
             due = super::next_due(due, clock.now(), drive.config.every.max(1));

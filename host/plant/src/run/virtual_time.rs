@@ -83,6 +83,7 @@ pub fn run_virtual(mut plant: Plant, options: &RunOptions, stop: &AtomicBool, ob
     let mut stimulus = options.stimulus.iter().peekable();
     let counted = plant.lanes.iter().position(|l| !l.is_interrupt()).unwrap_or(0);
     let (mut now, before) = (0, plant.router.last_seq());
+    plant.begin_recorder();
     plant.lanes.iter_mut().for_each(|lane| lane.begin_interrupts(0));
     loop {
         let next = (0..plant.lanes.len())
@@ -143,6 +144,7 @@ impl Plant {
     /// Takes a step of a lane at plant time `now`.
     fn step(&mut self, progress: &mut Progress, index: usize, step: Step, now: u64) {
         let (lane, config) = (&mut self.lanes[index], &self.model.lanes[index]);
+        let clock = &|| now;
         match step {
             Step::Calm => lane.calm(now),
             Step::End => {
@@ -152,9 +154,9 @@ impl Plant {
             Step::Begin => {
                 let arrival = lane.next_arrival(now);
                 let (stamp, begun) = match arrival {
-                    Some(arrival) => (arrival.time, lane.begin_activation(arrival, now)),
-                    None if lane.is_interrupt() => (now, lane.begin_poll(progress.due, now)),
-                    None => (now, lane.begin_scan(progress.due, now)),
+                    Some(arrival) => (arrival.time, lane.begin_activation(arrival, now, clock)),
+                    None if lane.is_interrupt() => (now, lane.begin_poll(progress.due, now, clock)),
+                    None => (now, lane.begin_scan(progress.due, now, clock)),
                 };
                 let of_grid = arrival.is_none();
                 if !begun {

@@ -6,21 +6,102 @@
 //!       ─► probation (the old instance waits) ─► done, or rolled back
 //! ```
 
+mod broken;
+mod exchange;
+mod manage;
 mod order;
+mod ports;
+mod prepare;
+mod rollback;
+pub mod save;
+mod settings;
+mod shade;
+mod shadow;
 mod status;
+mod told;
+mod turn;
+mod versions;
+mod workers;
 
 pub use order::{Part, SwapOrder, Tolerance};
+pub use shadow::{Candidate, Shadow, Verdict};
 pub use status::{BlockPlan, Deviation, FailedRun, ShadowReport, Stage, SwapStatus, Version};
 
-use crate::assemble::Plant;
+use crate::operate::Operator;
+use prepare::{Job, Prepared, Ready};
+use std::collections::{BTreeMap, VecDeque};
+use std::sync::Arc;
+use std::sync::atomic::AtomicU64;
+use std::sync::mpsc::Receiver;
+use versions::History;
+use workers::Workers;
+
+/// Swaps that have ended and are still told.
+const ENDED: usize = 32;
+/// Swaps under way at once.
+const UNDER_WAY: usize = 16;
 
 /// All swaps of a plant: what is under way, and the versions of each block.
 #[derive(Default)]
-pub struct Swaps {}
+pub struct Swaps {
+    /// Number of the last one.
+    number: u64,
+    /// Number of the last version.
+    version: u64,
+    under_way: Vec<Swap>,
+    ended: VecDeque<SwapStatus>,
+    /// By block of the model; one that was never swapped has none.
+    histories: BTreeMap<usize, History>,
+    workers: Workers,
+}
 
-impl Plant {
-    /// What is under way goes on, at plant time `now`, ns.
-    pub(crate) fn swap_turn(&mut self, now: u64) {
-        let _ = now;
-    }
+/// A swap under way.
+struct Swap {
+    status: SwapStatus,
+    operator: Operator,
+    /// Plant time of the order, ns.
+    asked: u64,
+    lane: usize,
+    /// Blocks of the model, in the order of the parts.
+    blocks: Vec<usize>,
+    /// Executions in the shadow first.
+    shadow: u64,
+    tolerances: Vec<Tolerance>,
+    lossy: bool,
+    /// Executions of the probation.
+    probation: u64,
+    dry_run: bool,
+    /// An operator takes an earlier version back.
+    back: bool,
+    /// Executions that the probation has before it still.
+    left: Arc<AtomicU64>,
+    phase: Phase,
+}
+
+/// Where a swap is.
+enum Phase {
+    /// On a thread of its own.
+    Preparing(Receiver<Prepared>),
+    /// The same at virtual time: it is done in the next turn.
+    Waiting(Box<Job>),
+    /// Prepared, and seen in the shadow if that was wanted; settings that are on their way to the block come first.
+    Ready(Vec<Ready>),
+    /// The candidates run in the shadow of the running ones.
+    Shadow(Vec<Ready>, Vec<Shadow>),
+    /// On its way to the lane.
+    Exchanging(Vec<Coming>),
+    /// The version before waits in the lane.
+    Probation,
+    /// The lane was asked to end the probation of that swap.
+    TakingBack(u64),
+    /// It has ended.
+    Over,
+}
+
+/// What becomes of a block's history when its lane has exchanged it.
+struct Coming {
+    component: latchwork_block::Component,
+    recipe: crate::supervisor::Recipe,
+    /// Number of the earlier version that it is.
+    was: Option<u64>,
 }

@@ -1,10 +1,11 @@
 //! What is told about a swap; as JSON it is what the API and `--json` give.
 
 use latchwork_block::upgrade::{Field, PortChange};
-use serde::Serialize;
+pub use latchwork_testbed::replay::{Deviation, FailedRun};
+use serde::{Deserialize, Serialize};
 
 /// How far a swap is.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Stage {
     /// Loaded, checked, compiled, instantiated, configured, off the lanes.
@@ -35,7 +36,7 @@ impl Stage {
 }
 
 /// A swap and how far it is.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub struct SwapStatus {
     /// Its number since the plant's start, from 1.
@@ -65,7 +66,7 @@ pub struct SwapStatus {
 }
 
 /// A version of a block.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub struct Version {
     /// Component, its file's name without `.wasm`.
@@ -83,7 +84,7 @@ pub struct Version {
 }
 
 /// What a swap would change in one block.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub struct BlockPlan {
     /// Block.
@@ -105,7 +106,7 @@ pub struct BlockPlan {
 }
 
 /// What the shadow of one block has seen.
-#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub struct ShadowReport {
     /// Block.
@@ -128,40 +129,4 @@ pub struct ShadowReport {
     pub candidate_mean_ns: u64,
     /// Longest of the candidate.
     pub candidate_max_ns: u64,
-}
-
-/// An output or alarm that was different.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-#[serde(rename_all = "kebab-case")]
-pub struct Deviation {
-    /// `outputs.PORT` or `alarms.NAME`.
-    pub port: String,
-    /// Executions with a difference beyond tolerance.
-    pub count: u64,
-    /// Plant time of the first, ns.
-    pub first: u64,
-    /// Largest deviation of a number; 0 for others.
-    pub worst: f64,
-    /// Plant time of the worst (of others: of the first), ns.
-    pub worst_at: u64,
-    /// What the running block gave then.
-    pub running: String,
-    /// What the candidate gave then.
-    pub candidate: String,
-    /// The inputs and commands that caused it: name and value.
-    pub inputs: Vec<(String, String)>,
-}
-
-/// A fault and what led to it.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-#[serde(rename_all = "kebab-case")]
-pub struct FailedRun {
-    /// Kind: `trap`, `budget`, …
-    pub kind: String,
-    /// What happened.
-    pub message: String,
-    /// Plant time, ns.
-    pub at: u64,
-    /// The inputs and commands: name and value.
-    pub inputs: Vec<(String, String)>,
 }

@@ -35,6 +35,15 @@ pub(super) fn check(config: &Config) -> Vec<Problem> {
 impl Grants {
     /// Reads a table, or says everything that is wrong with it.
     pub(super) fn read(config: &Config) -> Result<Self, Vec<Problem>> {
+        Self::with(config, component(config))
+    }
+
+    /// The same for another component than the table names.
+    pub(super) fn of(config: &Config, file: &str, bytes: &[u8]) -> Result<Self, Vec<Problem>> {
+        Self::with(config, Ok((file.into(), bytes.into())))
+    }
+
+    fn with(config: &Config, found: Result<(PathBuf, Vec<u8>), Problem>) -> Result<Self, Vec<Problem>> {
         let mut problems = Vec::new();
         let (connect, directory) = (connect(config, &mut problems), directory(config, &mut problems));
         if let Some(Value::Raw(raw)) = config.values.get("config")
@@ -43,7 +52,7 @@ impl Grants {
             let message = format!("`config` is {}; expected a table", raw.type_str());
             problems.push(problem("config", message, "write `config = { … }`, with what the logger asks for"));
         }
-        let found = component(config).map_err(|p| problems.push(p));
+        let found = found.map_err(|p| problems.push(p));
         let (Ok((component, bytes)), true) = (found, problems.is_empty()) else { return Err(problems) };
         Ok(Self {
             component,
@@ -58,7 +67,8 @@ impl Grants {
     }
 }
 
-fn component(config: &Config) -> Result<(PathBuf, Vec<u8>), Problem> {
+/// What the table names: its file and the content of that.
+pub(super) fn component(config: &Config) -> Result<(PathBuf, Vec<u8>), Problem> {
     let name = config.values.text("component").unwrap_or_default();
     let path = locate::component(config, name)?;
     let at = |message: String, help: String| problem("component", message, &help);

@@ -62,6 +62,11 @@ impl Host {
         Ok(Self { grants, engine, watch, code: None, runtime: Some(runtime) })
     }
 
+    /// Does now what the first start would begin with.
+    pub(super) fn compile(&mut self) -> Result<(), String> {
+        self.code().map(drop)
+    }
+
     /// A new instance, opened.
     pub(super) fn start(&mut self) -> Result<Running, String> {
         let code = self.code()?;

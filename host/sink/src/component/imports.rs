@@ -20,8 +20,8 @@ const ALLOWED: [&str; 10] = [
     "latchwork:journal/sink@0.1.",
 ];
 
-/// Why bytes are no logger, and the way out.
-pub(super) fn check(bytes: &[u8]) -> Result<(), (String, String)> {
+/// What a logger imports, besides types; or why bytes are none, and the way out.
+pub(super) fn check(bytes: &[u8]) -> Result<Vec<String>, (String, String)> {
     match bytes {
         [0, b'a', b's', b'm', 0x0d, 0, 1, 0, ..] => {}
         [0, b'a', b's', b'm', ..] => {
@@ -58,7 +58,8 @@ pub(super) fn check(bytes: &[u8]) -> Result<(), (String, String)> {
         ));
     }
     if exports.iter().any(|name| name.starts_with(SINK)) {
-        return Ok(());
+        let types = |name: &String| name.contains("/types@") || name.starts_with(SINK);
+        return Ok(imports.into_iter().filter(|name| !types(name)).collect());
     }
     let exports: Vec<_> = exports.iter().map(|name| format!("\"{name}\"")).collect();
     let what = if exports.is_empty() { "nothing".into() } else { exports.join(", ") };

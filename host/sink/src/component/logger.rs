@@ -21,6 +21,20 @@ impl Logger {
 }
 
 impl Sink for Logger {
+    fn prepare(&mut self) -> Result<(), String> {
+        self.host.compile()
+    }
+
+    fn start(&mut self) -> Result<(), String> {
+        self.running = None;
+        self.running = Some(self.host.start()?);
+        Ok(())
+    }
+
+    fn close(&mut self) {
+        self.running = None;
+    }
+
     fn write(&mut self, batch: &[Record]) -> Result<u64, String> {
         let Some(last) = batch.last().map(|r| r.seq) else { return Ok(0) };
         // Whatever fails from here on leaves no instance behind.

@@ -18,8 +18,11 @@ mod limiter;
 mod locate;
 mod logger;
 mod said;
+mod version;
 mod watch;
 mod world;
+
+pub use version::Version;
 
 use crate::{Claim, Config, Sink, SinkKind};
 use latchwork_schema::{Key, Kind, Section};
@@ -83,7 +86,22 @@ static KEYS: Section = Section {
 };
 
 fn open(config: &Config) -> Result<Box<dyn Sink>, String> {
-    let grants = grants::Grants::read(config).map_err(|problems| {
+    sink(grants::Grants::read(config))
+}
+
+/// A sink with another component than its table names, and with the same grants.
+pub(crate) fn candidate(config: &Config, file: &str, bytes: &[u8]) -> Result<Box<dyn Sink>, String> {
+    sink(grants::Grants::of(config, file, bytes))
+}
+
+/// Which component a sink's table names.
+pub(crate) fn version(config: &Config) -> Option<Version> {
+    let (path, bytes) = grants::component(config).ok()?;
+    Version::read(&path.to_string_lossy(), &bytes).ok()
+}
+
+fn sink(grants: Result<grants::Grants, Vec<crate::Problem>>) -> Result<Box<dyn Sink>, String> {
+    let grants = grants.map_err(|problems| {
         let sentences: Vec<String> = problems.into_iter().map(|p| p.message).collect();
         sentences.join("; ")
     })?;

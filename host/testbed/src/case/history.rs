@@ -15,7 +15,7 @@ const COLUMNS: usize = 8;
 #[derive(Default)]
 pub(super) struct History {
     rows: VecDeque<Row>,
-    open: Option<Open>,
+    open: Vec<Open>,
 }
 
 #[derive(Clone)]
@@ -54,16 +54,14 @@ impl History {
         row.at = at;
         row.cells.clear();
         row.cells.extend_from_slice(cells);
-        if let Some(open) = &mut self.open
-            && open.left > 0
-        {
+        for open in self.open.iter_mut().filter(|o| o.left > 0) {
             open.left -= 1;
             open.rows.push(row.clone());
         }
         self.rows.push_back(row);
     }
 
-    /// The execution at `at` failed; a failure before it is closed.
+    /// The execution at `at` failed.
     pub(super) fn failed(&mut self, at: u64, cells: &[u64], mismatches: &[Mismatch], failure: usize) {
         let mut rows: Vec<Row> = self.rows.iter().cloned().collect();
         if rows.last().is_none_or(|r| r.at != at) {
@@ -74,16 +72,15 @@ impl History {
         }
         let rows = rows.split_off(rows.len().saturating_sub(BEFORE + 1));
         let named = mismatches.iter().map(|m| m.what.clone()).collect();
-        self.open = Some(Open { rows, named, left: AFTER, failure });
+        self.open.push(Open { rows, named, left: AFTER, failure });
     }
 
-    /// The timeline that is open, with the failure it belongs to.
-    pub(super) fn close(&mut self, class: &Class) -> Option<(usize, Timeline)> {
-        let open = self.open.take()?;
-        Some((open.failure, timeline(class, &open.rows, &open.named)))
+    /// All timelines so far, each with the failure it belongs to.
+    pub(super) fn close(&mut self, class: &Class) -> Vec<(usize, Timeline)> {
+        self.open.drain(..).map(|open| (open.failure, timeline(class, &open.rows, &open.named))).collect()
     }
 
-    /// Another version has other cells.
+    /// Another instance begins: what was before is no part of its timelines.
     pub(super) fn clear(&mut self) {
         self.rows.clear();
     }

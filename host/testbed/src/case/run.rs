@@ -110,7 +110,10 @@ impl<'a> Run<'a> {
         self.judge(&mut mismatches, &started, case.refused.as_deref(), case.fault.as_deref());
         let sound = mismatches.is_empty();
         if !sound {
-            self.fail("start", case.line, 0, mismatches);
+            // Nothing was executed that a timeline could show.
+            let timeline = Timeline::default();
+            let (step, line) = ("start".into(), case.line);
+            self.report.failures.push(Failure { step, line, at_ns: 0, mismatches, timeline });
         }
         sound && started.is_ok()
     }
@@ -182,22 +185,26 @@ impl<'a> Run<'a> {
         if faulted {
             self.instance = None;
         }
+        let swap = matches!(step.takeover, Takeover::Swap { .. });
+        if swap && changed.is_ok() == step.expect.refused.is_some() {
+            // It went another way than expected: all that follows is about the ports of another version than runs.
+            self.judge(&mut mismatches, &changed, step.expect.refused.as_deref(), None);
+            self.fail(&step.label, step.line, step.at, mismatches);
+            return false;
+        }
         for input in &step.inputs {
             self.cells[input.cell] = input.value;
         }
         let executed = if faulted { Ok(()) } else { self.execute(step.at, step.commands) };
         let outcome = changed.and(executed.map_err(Trouble::Fault));
         self.judge(&mut mismatches, &outcome, step.expect.refused.as_deref(), step.expect.fault.as_deref());
-        let sound = mismatches.is_empty();
         if self.instance.is_some() {
             self.compare(step, &mut mismatches);
         }
         if !mismatches.is_empty() {
             self.fail(&step.label, step.line, step.at, mismatches);
         }
-        // A refused swap leaves the old version, whose ports are others than the rest of the case is about.
-        let stays = matches!(step.takeover, Takeover::Swap { .. }) && step.expect.refused.is_none() && !sound;
-        !stays && (self.instance.is_some() || step.expect.fault.is_some())
+        self.instance.is_some() || step.expect.fault.is_some()
     }
 
     /// Everything that happens before the execution.
@@ -205,7 +212,13 @@ impl<'a> Run<'a> {
         match &step.takeover {
             Takeover::None => {}
             Takeover::Restart => self.restart()?,
-            Takeover::Swap { to, lossy } => return self.swap(to, *lossy, &step.settings),
+            Takeover::Swap { to, lossy } => {
+                // A version that cannot even start takes nothing over: the one before goes on.
+                return self.swap(to, *lossy, &step.settings).map_err(|trouble| match trouble {
+                    Trouble::Fault(fault) => Trouble::Refused(told(&fault)),
+                    refused => refused,
+                });
+            }
         }
         if step.settings.is_empty() {
             return Ok(());
@@ -301,7 +314,8 @@ impl<'a> Run<'a> {
             let names = &self.subject.class.alarms;
             let got = if names.is_empty() { 0 } else { results.last().copied().unwrap_or(0) };
             if got & spoken != on {
-                let (expected, got) = (names_of(names, on), names_of(names, got & spoken));
+                let named = |word| if word == 0 { "none".into() } else { names_of(names, word) };
+                let (expected, got) = (named(on), named(got & spoken));
                 mismatches.push(Mismatch { what: "alarms".into(), expected, got });
             }
         }
@@ -322,7 +336,6 @@ impl<'a> Run<'a> {
     }
 
     fn fail(&mut self, step: &str, line: usize, at: u64, mismatches: Vec<Mismatch>) {
-        self.close();
         if self.report.failures.len() == FAILURES {
             self.report.more_failures += 1;
             return;
@@ -332,9 +345,9 @@ impl<'a> Run<'a> {
         self.report.failures.push(Failure { step: step.into(), line, at_ns: at, mismatches, timeline });
     }
 
-    /// The failure before has all of its timeline.
+    /// What was found so far has all of its timelines.
     fn close(&mut self) {
-        if let Some((failure, timeline)) = self.history.close(&self.subject.class) {
+        for (failure, timeline) in self.history.close(&self.subject.class) {
             self.report.failures[failure].timeline = timeline;
         }
     }

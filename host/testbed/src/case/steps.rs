@@ -5,7 +5,7 @@ use super::model::{Expect, Step, Subject, Takeover};
 use super::read::{Common, get, group, inputs, outputs, retained, settings, table};
 use latchwork_image::{format_duration, nearest};
 use latchwork_schema::check::found;
-use latchwork_schema::{Checker, Finding, Span, Value, Values};
+use latchwork_schema::{Checker, Entry, Finding, Span, Value, Values};
 use toml::de::{DeTable, DeValue};
 
 /// Most executions of one case.
@@ -37,14 +37,23 @@ impl Steps {
             Some(name) => format!("step {number}, {name}"),
             None => format!("step {number}"),
         };
+        let before = self.subject.clone();
         step.takeover = self.takeover(checker, common, &values);
-        if let Some(subject) = &self.subject {
-            if let Some(given) = group(checker, item, "settings") {
-                let settings = settings(subject);
-                for said in settings.said(checker, given) {
-                    step.settings.extend(settings.constant(checker, &said).map(|cell| (said.port, cell)));
-                }
+        if let Some(subject) = &self.subject
+            && let Some(given) = group(checker, item, "settings")
+        {
+            let settings = settings(subject);
+            for said in settings.said(checker, given) {
+                step.settings.extend(settings.constant(checker, &said).map(|cell| (said.port, cell)));
             }
+        }
+        // A swap that is refused leaves the version that was, and its ports.
+        let refused =
+            matches!(get(item, "expect"), Some(Entry { value: DeValue::Table(t), .. }) if t.contains_key("refused"));
+        if refused && values.has("swap") {
+            self.subject = before;
+        }
+        if let Some(subject) = &self.subject {
             if let Some(given) = group(checker, item, "inputs") {
                 let inputs = inputs(subject);
                 for said in inputs.said(checker, given) {

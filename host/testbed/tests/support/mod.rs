@@ -9,18 +9,18 @@ use std::time::Duration;
 const TICK: Duration = Duration::from_millis(10);
 
 /// The build folder.
-pub fn target() -> PathBuf {
+pub(crate) fn target() -> PathBuf {
     Path::new(env!("CARGO_TARGET_TMPDIR")).parent().expect("the target folder").to_path_buf()
 }
 
 /// An engine with its compiled components in the build folder.
-pub fn engine() -> Engine {
+pub(crate) fn engine() -> Engine {
     let cache = Some(target().join("test-cache"));
     Engine::new(EngineOptions { cache, ..EngineOptions::default() }).expect("an engine")
 }
 
 /// Reads a test file that stands in a folder of that name, with the components that were built.
-pub fn check(engine: &Engine, path: &Path, text: &str) -> Checked {
+pub(crate) fn check(engine: &Engine, path: &Path, text: &str) -> Checked {
     let folders = vec![target().join("components"), target().join("test-components")];
     for folder in &folders {
         assert!(folder.is_dir(), "{} is missing: run `cargo xtask guests` first", folder.display());
@@ -30,7 +30,7 @@ pub fn check(engine: &Engine, path: &Path, text: &str) -> Checked {
 
 /// Runs the cases of a right test file.
 #[allow(dead_code, reason = "not every test runs files")]
-pub fn run(text: &str) -> Vec<CaseReport> {
+pub(crate) fn run(text: &str) -> Vec<CaseReport> {
     let engine = engine();
     let _ticker = Ticker::start(&engine, TICK);
     let checked = check(&engine, Path::new("x.test.toml"), text);
@@ -40,7 +40,7 @@ pub fn run(text: &str) -> Vec<CaseReport> {
 
 /// The failures of a file as a person reads them, `fine` for a case without any.
 #[allow(dead_code, reason = "not every test runs files")]
-pub fn told(text: &str) -> String {
+pub(crate) fn told(text: &str) -> String {
     let mut out = String::new();
     for case in run(text) {
         out += &format!("{}: {}\n", case.name, if case.passed { "fine" } else { "FAILED" });

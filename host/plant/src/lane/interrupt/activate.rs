@@ -8,17 +8,17 @@ use latchwork_record::{Datum, Entry, Kind};
 impl Lane {
     /// Executes the lane for what has happened, at plant time `start`; `clock` tells how long it took.
     pub fn activate(&mut self, arrival: Arrival, start: u64, clock: impl Fn() -> u64) -> LaneState {
-        if self.begin_activation(arrival, start) { self.end_activation(clock()) } else { self.state }
+        if self.begin_activation(arrival, start, &clock) { self.end_activation(clock()) } else { self.state }
     }
 
     /// The first half: inputs latched, blocks executed, outputs at the lines, records made. The region is not published.
-    pub fn begin_activation(&mut self, arrival: Arrival, start: u64) -> bool {
+    pub fn begin_activation(&mut self, arrival: Arrival, start: u64, clock: &dyn Fn() -> u64) -> bool {
         let due = match arrival.cause {
             Cause::Edge { .. } => arrival.time,
             // A tick is due when the other lane is done, but nobody measures a reaction to it.
             Cause::Tick => start,
         };
-        if !self.begin(Moment { due, start, stamp: arrival.time }) {
+        if !self.begin(Moment { due, start, stamp: arrival.time }, clock) {
             return false;
         }
         let mut edge = None;
@@ -32,7 +32,7 @@ impl Lane {
             self.parts.cells[cell as usize] = u64::from(level);
         }
         self.force_served();
-        self.run(arrival.time, start);
+        self.run(arrival.time, start, clock);
         // An edge is what the field did: it is recorded as it was, forced or not.
         if let Some((_, source, level)) = edge {
             let transition = if level { "rising" } else { "falling" };
@@ -63,7 +63,7 @@ impl Lane {
     }
 
     /// Polls the inputs at plant time `now`, due at `due`, and begins an execution if one has changed; false without one.
-    pub fn begin_poll(&mut self, due: u64, now: u64) -> bool {
+    pub fn begin_poll(&mut self, due: u64, now: u64, clock: &dyn Fn() -> u64) -> bool {
         if matches!(self.state, LaneState::Stopped | LaneState::Faulted) {
             return false;
         }
@@ -78,10 +78,10 @@ impl Lane {
             }
             return false;
         }
-        if !self.begin(Moment { due, start: now, stamp: now }) {
+        if !self.begin(Moment { due, start: now, stamp: now }, clock) {
             return false;
         }
-        self.run(now, now);
+        self.run(now, now, clock);
         self.record_watched(now);
         self.report_all(now);
         true
@@ -103,7 +103,7 @@ impl Lane {
     /// Publishes the cells as they are; outputs are those of the last execution.
     fn show(&mut self) {
         // The region's time is that of the last execution: nothing of it is younger.
-        self.parts.region.publish(&self.parts.cells, self.moment.stamp);
+        self.parts.publish(self.moment.stamp);
     }
 
     /// The lane's view of the plant: foreign regions, levels of its own lines. True when a level differs from the last one.
@@ -147,9 +147,9 @@ impl Lane {
 
     /// Blocks in order, then at once the outputs.
     #[inline]
-    fn run(&mut self, stamp: u64, start: u64) {
+    fn run(&mut self, stamp: u64, start: u64, clock: &dyn Fn() -> u64) {
         for index in 0..self.parts.blocks.len() {
-            self.execute(index, stamp);
+            self.step(index, stamp, clock);
             if self.state != LaneState::Running {
                 break;
             }

@@ -1,0 +1,181 @@
+//! Probation: the old version waits while the new one shows what it can, and is back at once when it fails.
+
+use super::exchange::{End, Exchange};
+use super::{BlockState, Lane, Report, RestartRequest};
+use latchwork_block::{Fault, Instance};
+use latchwork_record::{Entry, Kind, Text};
+use std::sync::atomic::Ordering;
+
+/// Priority of the record of a fault that ends a probation.
+const PRIORITY: u8 = 200;
+
+impl Lane {
+    /// Which blocks are timed: those that wait for their exchange and those on probation.
+    pub(super) fn list_timed(&mut self) {
+        self.timed.clear();
+        self.timed.extend(self.trials.iter().flat_map(|e| e.parts.iter().map(|p| p.block)));
+        self.timed.sort_unstable();
+    }
+
+    /// Executes a block of a lane in which some are timed.
+    #[cold]
+    pub(super) fn execute_timed(&mut self, index: usize, now: u64, clock: &dyn Fn() -> u64) {
+        if self.timed.binary_search(&(index as u32)).is_err() {
+            return self.execute(index, now);
+        }
+        let begun = clock();
+        self.execute(index, now);
+        let spent = clock().saturating_sub(begun);
+        let executed = self.parts.blocks[index].instance.is_some();
+        let parts = self.trials.iter_mut().flat_map(|e| {
+            let probation = e.on_probation();
+            e.parts.iter_mut().map(move |p| (probation, p))
+        });
+        for (probation, part) in parts.filter(|(_, p)| p.block as usize == index && executed) {
+            if probation {
+                part.spent += spent;
+                part.left = part.left.saturating_sub(1);
+            } else {
+                part.baseline = part.baseline.max(spent);
+            }
+        }
+    }
+
+    /// At the end of a scan that took so long: ends probations that are over, and those of versions that made the scan too
+    /// long. True when the watchdog has nothing to bark at any more.
+    #[cold]
+    pub(super) fn judge(&mut self, now: u64, scan_time: u64) -> bool {
+        let watchdog = self.parts.watchdog;
+        let limit = if self.parts.every > 0 { self.parts.every.min(watchdog) } else { watchdog };
+        let (mut excused, mut at) = (false, 0);
+        while at < self.trials.len() {
+            let trial = &mut *self.trials[at];
+            if !trial.on_probation() {
+                trial.measure = trial.measure.saturating_sub(1);
+                at += 1;
+                continue;
+            }
+            let excess: u64 = trial.parts.iter().map(|p| p.spent.saturating_sub(p.baseline)).sum();
+            let worst = trial.parts.iter().max_by_key(|p| p.spent.saturating_sub(p.baseline));
+            let worst = worst.map(|p| (p.block, p.spent, p.baseline));
+            let left = trial.parts.iter().map(|p| p.left).max().unwrap_or(0);
+            trial.left.store(left, Ordering::Relaxed);
+            trial.parts.iter_mut().for_each(|p| p.spent = 0);
+            if scan_time > limit
+                && scan_time - excess.min(scan_time) <= limit
+                && let Some((block, spent, baseline)) = worst
+            {
+                let than = if baseline == 0 { Text::default() } else { us(baseline) };
+                let why = Text::format(format_args!(
+                    "the scan took {} us, {} us are allowed; the new version took {} us of them{}",
+                    scan_time / 1000,
+                    limit / 1000,
+                    spent / 1000,
+                    than.as_str()
+                ));
+                excused |= scan_time - excess.min(scan_time) <= watchdog;
+                self.blame(block, now, "overrun", why.as_str());
+                self.roll_back(at, now, End::RolledBack(why));
+            } else if left == 0 {
+                self.end_trial(at, now, End::Kept);
+            } else {
+                at += 1;
+            }
+        }
+        excused
+    }
+
+    /// A fault of a block on probation: the old one is back, in order to execute in this very scan. False for any other.
+    pub(super) fn fault_on_trial(&mut self, index: usize, now: u64, fault: &Fault) -> bool {
+        let Some(at) = self.trial_of(index) else { return false };
+        if self.parts.blocks[index].instance.as_ref().is_some_and(Instance::has_log) {
+            self.take_messages(index, now);
+        }
+        self.statistics.faults += 1;
+        self.parts.blocks[index].rest.faults += 1;
+        self.blame(index as u32, now, fault.kind.name(), &fault.message);
+        self.roll_back(at, now, End::RolledBack(Text::new(&fault.message)));
+        true
+    }
+
+    /// The probation that a block is on.
+    fn trial_of(&self, index: usize) -> Option<usize> {
+        let of = |e: &Exchange| e.on_probation() && e.parts.iter().any(|p| p.block as usize == index);
+        self.trials.iter().position(|e| of(e))
+    }
+
+    fn blame(&mut self, block: u32, now: u64, transition: &'static str, why: &str) {
+        let source = self.parts.blocks[block as usize].rest.source;
+        let entry = Entry::new(now, Kind::Fault, source, transition).priority(PRIORITY);
+        self.parts.recorder.push(entry.text(format_args!("on probation; the version before is back: {why}")));
+    }
+
+    /// All old versions of an exchange are back, each as it stood.
+    fn roll_back(&mut self, at: usize, now: u64, end: End) {
+        let mut trial = self.trials.swap_remove(at);
+        for part in &mut trial.parts {
+            self.switch(part);
+            let index = part.block as usize;
+            let parts = &mut self.parts;
+            let block = &mut parts.blocks[index];
+            if block.instance.is_some() {
+                continue;
+            }
+            // It was out of order before the exchange, and is so again.
+            super::fault::put_out(block, &mut parts.cells);
+            if block.rest.state == BlockState::Faulted && block.rest.ready.is_none() {
+                let (model, version) = (block.rest.model, block.rest.version);
+                let _ = parts.restarts.push(RestartRequest { block: part.block, model, version, dead: None });
+            }
+            self.status_changed(index, now);
+        }
+        (trial.end, trial.ended) = (end, now);
+        self.list_timed();
+        self.send(Report::SwapEnded(trial));
+    }
+
+    /// The old versions wait no longer.
+    fn end_trial(&mut self, at: usize, now: u64, end: End) {
+        let mut trial = self.trials.swap_remove(at);
+        (trial.end, trial.ended) = (end, now);
+        self.list_timed();
+        self.send(Report::SwapEnded(trial));
+    }
+
+    /// An operator wants the old versions back; nothing happens when the probation is over.
+    #[cold]
+    pub(super) fn take_back(&mut self, number: u64, now: u64) {
+        let Some(at) = self.trials.iter().position(|e| e.number == number && e.on_probation()) else { return };
+        for part in &mut self.trials[at].parts {
+            if let Some(instance) = &mut self.parts.blocks[part.block as usize].instance {
+                part.state_there = instance.save_into(&mut part.state).unwrap_or(false);
+            }
+        }
+        self.roll_back(at, now, End::Returned);
+    }
+
+    /// New settings reach the old version, too. One that does not take them is no way back any more.
+    #[cold]
+    pub(super) fn configure_waiting(&mut self, index: usize, cells: &[u64], now: u64) {
+        let Some(at) = self.trial_of(index) else { return };
+        let part = self.trials[at].parts.iter_mut().find(|p| p.block as usize == index);
+        let Some(instance) = part.and_then(|p| p.other.instance.as_mut()) else { return };
+        // What was transferred went by name: it has as many as its class.
+        if instance.class().settings.len() != cells.len() {
+            return;
+        }
+        let why = match instance.configure(cells) {
+            Ok(Ok(())) => return,
+            Ok(Err(sentence)) => Text::format(format_args!("the version before refuses the new settings: {sentence}")),
+            Err(fault) => {
+                Text::format(format_args!("the version before failed at the new settings: {}", fault.message))
+            }
+        };
+        self.end_trial(at, now, End::NoWayBack(why));
+    }
+}
+
+/// `, the old one at most 12 us`
+fn us(baseline: u64) -> Text {
+    Text::format(format_args!(", the one before at most {} us", baseline / 1000))
+}

@@ -1,0 +1,320 @@
+//! Everything that can be done before the lane hears of a swap: load, check, compile, instantiate, configure.
+//!
+//! It runs on a thread of its own, or at virtual time where it was asked for; it touches nothing of the plant.
+
+use super::broken::{Uses, broken};
+use super::versions::Earlier;
+use super::{BlockPlan, Version};
+use crate::lane::Carry;
+use crate::model::Model;
+use crate::supervisor::Recipe;
+use latchwork_block::upgrade::{Difference, Fate, Transfer};
+use latchwork_block::{Class, Component, Engine, Fault, Instance};
+use latchwork_image::nearest;
+use std::collections::BTreeMap;
+use std::path::Path;
+use std::sync::Arc;
+
+/// What is to be prepared.
+pub(super) struct Job {
+    pub(super) engine: Engine,
+    pub(super) model: Arc<Model>,
+    pub(super) uses: Uses,
+    pub(super) allow_lossy: bool,
+    /// Each block also gets a candidate for the shadow.
+    pub(super) shadow: bool,
+    pub(super) parts: Vec<JobPart>,
+}
+
+/// One block of it.
+pub(super) struct JobPart {
+    /// Index in the model.
+    pub(super) block: usize,
+    /// What comes.
+    pub(super) from: From,
+    /// Settings that are to be others.
+    pub(super) settings: Vec<(String, String)>,
+    /// What executes.
+    pub(super) component: Component,
+    /// How to make that.
+    pub(super) recipe: Recipe,
+    /// Number of the version that comes.
+    pub(super) version: u64,
+}
+
+/// Where a version comes from.
+pub(super) enum From {
+    /// From an operator.
+    Bytes { file: String, bytes: Arc<[u8]> },
+    /// It executed before.
+    Earlier(Box<Earlier>),
+}
+
+/// The result.
+pub(super) struct Prepared {
+    /// What would change, as far as it is known.
+    pub(super) plans: Vec<BlockPlan>,
+    /// What goes to the lane, or why nothing does.
+    pub(super) ready: Result<Vec<Ready>, String>,
+}
+
+/// One block, ready for its exchange.
+pub(super) struct Ready {
+    pub(super) block: usize,
+    pub(super) component: Component,
+    pub(super) recipe: Recipe,
+    pub(super) instance: Instance,
+    /// One that is used up in the shadow.
+    pub(super) candidate: Option<Instance>,
+    /// Longest execution of the one that goes, ns; 0: unknown.
+    pub(super) baseline: u64,
+    pub(super) carry: Carry,
+    /// What the retained fields start with, or the state that comes back.
+    pub(super) state: Box<[u64]>,
+    /// Number of the earlier version that it is.
+    pub(super) was: Option<u64>,
+    /// From the settings of the one that executes to its own.
+    pub(super) settings: Transfer,
+    /// Settings that were given.
+    pub(super) given: BTreeMap<usize, u64>,
+    /// The other one's settings when it was prepared.
+    pub(super) based: Vec<u64>,
+}
+
+impl Job {
+    /// Does it.
+    pub(super) fn run(self) -> Prepared {
+        let (mut plans, mut ready, mut why) = (Vec::new(), Vec::new(), Vec::new());
+        let several = self.parts.len() > 1;
+        let Self { engine, model, uses, allow_lossy, shadow, parts } = self;
+        let context = Context { engine: &engine, model: &model, uses: &uses, allow_lossy, shadow };
+        for part in parts {
+            let name = model.blocks[part.block].name.clone();
+            let mut plan = None;
+            match context.part(part, &mut plan) {
+                Ok(part) => ready.push(part),
+                Err(error) if several => why.push(format!("`{name}`: {error}")),
+                Err(error) => why.push(error),
+            }
+            plans.extend(plan);
+        }
+        Prepared { plans, ready: if why.is_empty() { Ok(ready) } else { Err(why.join("; ")) } }
+    }
+}
+
+impl Ready {
+    /// Settings of the one that executes, which may have changed, carried over; then it is configured again.
+    ///
+    /// # Errors
+    /// It refuses them, or fails.
+    pub(super) fn follow(&mut self, settings: &[u64]) -> Result<(), String> {
+        if self.based == settings {
+            return Ok(());
+        }
+        self.settings.apply(settings, &mut self.recipe.settings);
+        self.given.iter().for_each(|(port, cell)| self.recipe.settings[*port] = *cell);
+        self.based = settings.to_vec();
+        for instance in self.candidate.iter_mut().chain([&mut self.instance]) {
+            configure(instance, &self.recipe.settings)?;
+        }
+        Ok(())
+    }
+}
+
+struct Context<'a> {
+    engine: &'a Engine,
+    model: &'a Model,
+    uses: &'a Uses,
+    allow_lossy: bool,
+    shadow: bool,
+}
+
+impl Context<'_> {
+    fn part(&self, part: JobPart, plan: &mut Option<BlockPlan>) -> Result<Ready, String> {
+        match part.from {
+            From::Bytes { ref file, ref bytes } => self.new(&part, file, bytes, plan),
+            From::Earlier(earlier) => {
+                let part = JobPart { from: From::Bytes { file: String::new(), bytes: [].into() }, ..part };
+                self.earlier(&part, *earlier, plan)
+            }
+        }
+    }
+
+    /// A component that an operator brought.
+    fn new(&self, part: &JobPart, file: &str, bytes: &[u8], plan: &mut Option<BlockPlan>) -> Result<Ready, String> {
+        let old = Arc::clone(part.recipe.template.class());
+        let name = Path::new(file).file_stem().unwrap_or_default().to_string_lossy();
+        let component = self.engine.load_bytes(&name, bytes).map_err(|e| format!("`{file}`: {e}"))?;
+        let class = unversioned(&old.name);
+        let class = component.class(Some(class)).map_err(|e| {
+            format!("`{file}` would be a change of class, which a swap does not do: the block is a {class}: {e}")
+        })?;
+        let template = component.template(&class).map_err(|e| format!("`{file}`: {e}"))?;
+        let limits = part.recipe.limits.clone();
+        let mut recipe = Recipe { template, limits, settings: Vec::new(), version: part.version };
+        let settings = Transfer::new(&old.settings, &class.settings, self.allow_lossy);
+        let retained = Transfer::new(&old.retained, &class.retained, self.allow_lossy);
+        let plan = plan.insert(self.plan(part, &component, &recipe, &settings, &retained));
+
+        let mut problems = plan.broken.clone();
+        let given = given(&class, &part.settings, &mut problems);
+        for field in settings
+            .refused()
+            .filter(|f| !class.settings.iter().enumerate().any(|(at, p)| p.path == f.name && given.contains_key(&at)))
+        {
+            problems.push(format!(
+                "{}; give it a value with --set, or allow it with --allow-lossy",
+                lossy("setting", field)
+            ));
+        }
+        for field in retained.refused() {
+            problems.push(format!("{}; allow it with --allow-lossy", lossy("retained field", field)));
+        }
+        if !problems.is_empty() {
+            return Err(problems.join("; "));
+        }
+
+        let mut instance = recipe.template.instantiate(&recipe.limits).map_err(told)?;
+        let defaults = instance.defaults().map_err(told)?;
+        recipe.settings = defaults.unwrap_or_else(|| vec![0; class.settings.len()]);
+        settings.apply(&part.recipe.settings, &mut recipe.settings);
+        given.iter().for_each(|(port, cell)| recipe.settings[*port] = *cell);
+        configure(&mut instance, &recipe.settings)?;
+        let state = instance.save().map_err(told)?.unwrap_or_default().into_boxed_slice();
+        let warm = !old.retained.is_empty() && !class.retained.is_empty();
+        if !warm {
+            let which = if class.retained.is_empty() { "the new version" } else { "what runs" };
+            plan.notes.push(format!("{which} retains nothing: the block starts cold"));
+        }
+        let carry = if warm { Carry::Transfer(Box::new(retained)) } else { Carry::Cold };
+        let mut candidate = None;
+        if self.shadow {
+            candidate = Some(recipe.make().map_err(told)?);
+        }
+        Ok(Ready {
+            block: part.block,
+            component,
+            recipe,
+            instance,
+            candidate,
+            baseline: 0,
+            carry,
+            state,
+            was: None,
+            settings,
+            given,
+            based: part.recipe.settings.clone(),
+        })
+    }
+
+    /// A version that executed before.
+    fn earlier(&self, part: &JobPart, earlier: Earlier, plan: &mut Option<BlockPlan>) -> Result<Ready, String> {
+        let Earlier { release, recipe, state, instance } = earlier;
+        let was = Some(recipe.version);
+        let mut recipe = Recipe { version: part.version, ..recipe };
+        let class = Arc::clone(recipe.template.class());
+        let old = Arc::clone(part.recipe.template.class());
+        // What was allowed on the way there is on the way back.
+        let settings = Transfer::new(&old.settings, &class.settings, true);
+        let retained = Transfer::new(&old.retained, &class.retained, true);
+        let plan = plan.insert(self.plan(part, &release.component, &recipe, &settings, &retained));
+        plan.state.clear();
+        if !plan.broken.is_empty() {
+            return Err(plan.broken.join("; "));
+        }
+        settings.apply(&part.recipe.settings, &mut recipe.settings);
+        // The instance that was replaced, if it still takes its settings; or one that gets its state.
+        let kept = instance.and_then(|mut i| configure(&mut i, &recipe.settings).ok().map(|()| i));
+        let (instance, carry) = match (kept, state.is_some()) {
+            (Some(instance), _) => (instance, Carry::AsIs),
+            (None, warm) => {
+                let mut instance = recipe.template.instantiate(&recipe.limits).map_err(told)?;
+                configure(&mut instance, &recipe.settings)?;
+                (instance, if warm { Carry::State } else { Carry::Cold })
+            }
+        };
+        plan.notes.push(if matches!(carry, Carry::Cold) {
+            "it retains nothing: the block starts cold".to_owned()
+        } else {
+            "it goes on with the state that it had when it was replaced".to_owned()
+        });
+        let state = state.unwrap_or_else(|| vec![0; class.retained.len()].into());
+        Ok(Ready {
+            block: part.block,
+            component: release.component,
+            recipe,
+            instance,
+            candidate: None,
+            baseline: 0,
+            carry,
+            state,
+            was,
+            settings,
+            given: BTreeMap::new(),
+            based: part.recipe.settings.clone(),
+        })
+    }
+
+    fn plan(
+        &self,
+        part: &JobPart,
+        component: &Component,
+        recipe: &Recipe,
+        settings: &Transfer,
+        retained: &Transfer,
+    ) -> BlockPlan {
+        let (old, new) = (part.recipe.template.class(), recipe.template.class());
+        let (broken, mut notes) = broken(self.model, self.uses, part.block, new);
+        if component.hash() == part.component.hash() {
+            notes.push("it is the very component that runs".into());
+        }
+        BlockPlan {
+            block: self.model.blocks[part.block].name.clone(),
+            old: Version::new(&part.component, &part.recipe),
+            new: Version::new(component, recipe),
+            ports: Difference::new(old, new).ports,
+            state: retained.fields().to_vec(),
+            settings: settings.fields().to_vec(),
+            broken,
+            notes,
+        }
+    }
+}
+
+/// Settings by name and text.
+fn given(class: &Class, settings: &[(String, String)], problems: &mut Vec<String>) -> BTreeMap<usize, u64> {
+    let mut given = BTreeMap::new();
+    for (name, value) in settings {
+        let Some(port) = class.settings.iter().position(|p| p.path == *name) else {
+            let near = nearest(name, class.settings.iter().map(|p| p.path.as_str()));
+            let hint = near.map(|n| format!("; did you mean `{n}`?")).unwrap_or_default();
+            problems.push(format!("the new version has no setting `{name}`{hint}"));
+            continue;
+        };
+        match class.settings[port].ty.parse(value) {
+            Ok(cell) => drop(given.insert(port, cell)),
+            Err(error) => problems.push(format!("setting `{name}`: {error}")),
+        }
+    }
+    given
+}
+
+fn lossy(what: &str, field: &latchwork_block::upgrade::Field) -> String {
+    match &field.fate {
+        Fate::Lossy { from, to, .. } => format!("{what} `{}` would lose something: from {from} to {to}", field.name),
+        _ => format!("{what} `{}`", field.name),
+    }
+}
+
+fn configure(instance: &mut Instance, settings: &[u64]) -> Result<(), String> {
+    instance.configure(settings).map_err(told)?.map_err(|why| format!("the new version refuses its settings: {why}"))
+}
+
+fn told(fault: Fault) -> String {
+    format!("the new version fails: {}", fault.message)
+}
+
+/// `latchwork:device/ton@0.1.0` → `latchwork:device/ton`
+fn unversioned(name: &str) -> &str {
+    name.split_once('@').map_or(name, |(name, _)| name)
+}

@@ -1,0 +1,265 @@
+//! `--save`: the plant file names what runs, and nothing else in it changes.
+
+use latchwork_block::{Component, Engine, EngineOptions};
+use latchwork_plant::check::{CheckOptions, check_file};
+use latchwork_plant::swap::save::{Keep, SaveError, Saver};
+use std::os::unix::fs::{MetadataExt, PermissionsExt};
+use std::path::{Path, PathBuf};
+use std::sync::OnceLock;
+use tempfile::TempDir;
+
+/// Comments, an order of its own, odd blanks, both kinds of quotes, a name with dots, a sink.
+const PLANT: &str = r#"# The stairs.
+[plant]
+name = 'stairs'   # as on the door
+components = ["own", "shipped"]
+
+[lane.main]
+every = "10ms"
+[driver.hall]
+kind = "sim"
+[driver.hall.points]
+button = { type = "bool" }
+
+[block.light]
+lane      = "main"
+component = 'ton'   # since the first day
+inputs.in = "hall.button"
+
+[block."zone-b.light"]
+component="ton"
+lane = "main"
+inputs.in = "hall.button"
+[sim.block.model]
+component = "ton"
+lane = "main"
+inputs.in = "hall.button"
+[sink.day]
+component = "csv-days"
+kind = "component"
+directory = "logs"
+# The end, without a line feed."#;
+
+fn target() -> PathBuf {
+    let exe = std::env::current_exe().expect("this program has a path");
+    let target = exe.ancestors().nth(3).expect("a test stands three folders below the build folder").to_path_buf();
+    assert!(target.join("components").is_dir(), "components are missing: run `cargo xtask guests` first");
+    target
+}
+
+fn engine() -> &'static Engine {
+    static ENGINE: OnceLock<Engine> = OnceLock::new();
+    ENGINE.get_or_init(|| {
+        let cache = Some(target().join("test-cache"));
+        Engine::new(EngineOptions { cache, ..EngineOptions::default() }).expect("an engine")
+    })
+}
+
+fn shipped(name: &str) -> Vec<u8> {
+    std::fs::read(target().join("components").join(format!("{name}.wasm"))).expect("a component")
+}
+
+/// A plant whose file can be saved.
+struct Bench {
+    folder: TempDir,
+    saver: Saver,
+}
+
+impl Bench {
+    fn new(text: &str) -> Self {
+        let folder = TempDir::new().expect("a folder");
+        std::fs::create_dir(folder.path().join("shipped")).expect("a folder");
+        for name in ["ton", "csv-days"] {
+            std::fs::write(folder.path().join(format!("shipped/{name}.wasm")), shipped(name)).expect("a file");
+        }
+        std::fs::write(folder.path().join("plant.toml"), text).expect("the plant file");
+        let saver = saver(&folder.path().join("plant.toml"));
+        Self { folder, saver }
+    }
+
+    fn path(&self, name: &str) -> PathBuf {
+        self.folder.path().join(name)
+    }
+
+    fn text(&self) -> String {
+        std::fs::read_to_string(self.path("plant.toml")).expect("the plant file")
+    }
+
+    fn write(&self, name: &str, bytes: impl AsRef<[u8]>) {
+        std::fs::write(self.path(name), bytes).expect("a file");
+    }
+
+    fn save(&self, keep: &[Keep]) -> Result<Vec<String>, SaveError> {
+        self.saver.save(engine(), keep)
+    }
+
+    /// Nothing is left of it: the plant file is as it was, and no folder has anything new.
+    #[track_caller]
+    fn refuses(&self, keep: &[Keep], expected: &str) {
+        let (text, files) = (self.text(), self.files());
+        let why = self.save(keep).expect_err("it is refused").to_string();
+        assert!(why.contains(expected), "{why}");
+        assert_eq!((self.text(), self.files()), (text, files), "{why}");
+    }
+
+    fn files(&self) -> Vec<String> {
+        let list = |folder: PathBuf| std::fs::read_dir(folder).into_iter().flatten().flatten();
+        let mut all: Vec<_> = [self.path(""), self.path("own"), self.path("shipped")]
+            .into_iter()
+            .flat_map(list)
+            .filter(|e| e.path().is_file())
+            .map(|e| e.path().display().to_string())
+            .collect();
+        all.sort_unstable();
+        all
+    }
+}
+
+fn saver(path: &Path) -> Saver {
+    let checked = check_file(path, engine(), CheckOptions { sim: true });
+    let said = checked.render(false);
+    Saver::new(&checked.model.unwrap_or_else(|| panic!("{said}")))
+}
+
+fn keep(block: &str, file: &str, bytes: &[u8]) -> Keep {
+    Keep { block: block.into(), file: file.into(), bytes: bytes.into() }
+}
+
+#[test]
+fn only_the_names_of_the_components_change_and_all_of_a_swap_at_once() {
+    let bench = Bench::new(PLANT);
+    let (tof, csv) = (shipped("tof"), shipped("alarm-counter"));
+    let all = [
+        keep("zone-b.light", "slow.wasm", &tof),
+        keep("light", "slow.wasm", &tof),
+        keep("model", "slow.wasm", &tof),
+        keep("sink.day", "counter.wasm", &csv),
+    ];
+    let said = bench.save(&all).expect("it is saved");
+    assert_eq!(said[1], "light: component = \"slow\" in plant.toml");
+    let expected = PLANT
+        .replace("component = 'ton'   #", "component = \"slow\"   #")
+        .replace("component=\"ton\"", "component=\"slow\"")
+        .replace("component = \"ton\"\nlane", "component = \"slow\"\nlane")
+        .replace("\"csv-days\"", "\"counter\"");
+    assert_eq!(bench.text(), expected);
+    // In the first of the folders, which was not there.
+    assert_eq!(std::fs::read(bench.path("own/slow.wasm")).expect("a file"), tof);
+    assert_eq!(std::fs::read(bench.path("own/counter.wasm")).expect("a file"), csv);
+    assert_eq!(bench.files().len(), 5, "{:?}", bench.files());
+    // What was saved is known: the next version goes over it, and the same one again changes nothing.
+    bench.save(&all).expect("it is saved again");
+    assert_eq!(bench.text(), expected);
+    bench.save(&[keep("light", "ton.wasm", &shipped("ton"))]).expect("and back");
+    assert_eq!(bench.text(), expected.replace("component = \"slow\"   #", "component = \"ton\"   #"));
+    let said = check_file(&bench.path("plant.toml"), engine(), CheckOptions { sim: true });
+    assert!(said.model.is_some(), "{}", said.render(false));
+}
+
+#[test]
+fn lines_of_other_systems_stay_as_they_are() {
+    let text = PLANT.replace('\n', "\r\n");
+    let bench = Bench::new(&text);
+    bench.save(&[keep("light", "slow.wasm", &shipped("tof"))]).expect("it is saved");
+    assert_eq!(bench.text(), text.replace("'ton'", "\"slow\""));
+}
+
+#[test]
+fn a_name_that_stands_for_other_bytes_in_any_folder_is_left_alone() {
+    let bench = Bench::new(PLANT);
+    let tof = shipped("tof");
+    bench.save(&[keep("light", "ton.wasm", &tof)]).expect("it is saved");
+    let name = format!("ton-{}", &Component::hash_of(&tof)[..8]);
+    assert_eq!(bench.text(), PLANT.replace("'ton'", &format!("\"{name}\"")));
+    assert_eq!(std::fs::read(bench.path("shipped/ton.wasm")).expect("a file"), shipped("ton"));
+    assert!(!bench.path("own/ton.wasm").exists(), "it would take the place of the other one for zone-b.light");
+    bench.write(&format!("own/{name}.wasm"), "something else");
+    let (text, files) = (bench.text(), bench.files());
+    let why = bench.save(&[keep("zone-b.light", "ton.wasm", &tof)]).expect_err("no name is left").to_string();
+    assert!(why.contains("rename the file"), "{why}");
+    assert_eq!((bench.text(), bench.files()), (text, files));
+}
+
+#[test]
+fn without_folders_a_component_stands_beside_the_plant_file() {
+    let text = PLANT
+        .replace("components = [\"own\", \"shipped\"]\n", "")
+        .replace("'ton'", "\"shipped/ton.wasm\"")
+        .replace("\"ton\"", "\"shipped/ton.wasm\"")
+        .replace("\"csv-days\"", "\"shipped/csv-days.wasm\"");
+    let bench = Bench::new(&text);
+    bench.save(&[keep("zone-b.light", "slow.wasm", &shipped("tof"))]).expect("it is saved");
+    assert_eq!(bench.text(), text.replace("component=\"shipped/ton.wasm\"", "component=\"slow.wasm\""));
+    assert!(bench.path("slow.wasm").is_file());
+}
+
+#[test]
+fn what_others_have_edited_meanwhile_stays_and_what_is_not_known_is_not_written_over() {
+    let bench = Bench::new(PLANT);
+    let slow = |block| [keep(block, "slow.wasm", &shipped("tof"))];
+    // Elsewhere: it stays.
+    let elsewhere = PLANT.replace("\"10ms\"", "\"20ms\" # slower");
+    bench.write("plant.toml", &elsewhere);
+    bench.save(&slow("light")).expect("it is saved");
+    assert_eq!(bench.text(), elsewhere.replace("'ton'", "\"slow\""));
+    // The very name.
+    bench.write("shipped/tp.wasm", shipped("tp"));
+    bench.write("plant.toml", PLANT.replace("component=\"ton\"", "component=\"tp\""));
+    bench.refuses(&slow("zone-b.light"), "`zone-b.light` has component \"tp\" in it, not \"ton\"");
+    bench.write("plant.toml", PLANT.replace("\"zone-b.light\"", "\"zone-c.light\""));
+    bench.refuses(&slow("zone-b.light"), "it has no component of `zone-b.light` any more");
+    // One block of two: none.
+    let both = [slow("model"), slow("zone-b.light")].concat();
+    bench.refuses(&both, "no component of `zone-b.light`");
+    bench.write("plant.toml", PLANT.replace("every = \"10ms\"", "every = "));
+    bench.refuses(&slow("zone-b.light"), "edited since the plant was started");
+    std::fs::remove_file(bench.path("plant.toml")).expect("a file");
+    assert!(matches!(bench.save(&slow("model")), Err(SaveError::File { what: "read", .. })));
+}
+
+#[test]
+fn nothing_is_saved_that_the_next_start_would_refuse() {
+    let bench = Bench::new(PLANT);
+    // Other ports than those that are wired.
+    bench.refuses(&[keep("zone-b.light", "and.wasm", &shipped("ctu"))], "the plant file would have errors with it");
+    bench.refuses(&[keep("zone-b.light", "text.wasm", b"no component")], "the plant file would have errors with it");
+    for name in ["../x.wasm", ".wasm", "a\n.wasm", ""] {
+        bench.refuses(&[keep("light", name, b"x")], "is no name for a component");
+    }
+}
+
+#[test]
+fn what_a_crash_has_left_is_in_nobodys_way() {
+    let bench = Bench::new(PLANT);
+    std::fs::create_dir(bench.path("own")).expect("a folder");
+    bench.write(".plant.toml.saving", "half a pl");
+    bench.write("own/.slow.wasm.saving", "half a comp");
+    bench.save(&[keep("light", "slow.wasm", &shipped("tof"))]).expect("it is saved");
+    assert_eq!(bench.text(), PLANT.replace("'ton'", "\"slow\""));
+    assert!(!bench.path(".plant.toml.saving").exists() && !bench.path("own/.slow.wasm.saving").exists());
+}
+
+#[test]
+fn a_link_stays_a_link_and_the_mode_is_kept() {
+    let bench = Bench::new(PLANT);
+    std::fs::set_permissions(bench.path("plant.toml"), std::fs::Permissions::from_mode(0o640)).expect("a mode");
+    std::os::unix::fs::symlink("plant.toml", bench.path("link.toml")).expect("a link");
+    let saver = saver(&bench.path("link.toml"));
+    let before = std::fs::metadata(bench.path("plant.toml")).expect("a file");
+    saver.save(engine(), &[keep("light", "slow.wasm", &shipped("tof"))]).expect("it is saved");
+    assert!(std::fs::symlink_metadata(bench.path("link.toml")).expect("a link").is_symlink());
+    let after = std::fs::metadata(bench.path("plant.toml")).expect("a file");
+    assert_eq!((after.mode(), after.uid(), after.gid()), (before.mode(), before.uid(), before.gid()));
+    assert_ne!(after.ino(), before.ino(), "it was replaced, not written over");
+    assert_eq!(saver.named("light").as_deref(), Some("slow"));
+}
+
+#[test]
+fn a_folder_that_cannot_be_written_changes_nothing() {
+    let bench = Bench::new(PLANT);
+    bench.write("own", "no folder");
+    let text = bench.text();
+    let why = bench.save(&[keep("light", "slow.wasm", &shipped("tof"))]).expect_err("it cannot").to_string();
+    assert!(why.contains("own") && why.contains("cannot be"), "{why}");
+    assert_eq!(bench.text(), text);
+}

@@ -1,0 +1,385 @@
+//! Recorded time as a component test: the file that `latchwork test` runs.
+//!
+//! Where the executions lie on the grid of their lane, only those become steps at which something changed; at the machine's
+//! clock they do not, and each is a step at its own time.
+
+use super::grounds::Grounds;
+use super::player::Version;
+use super::run::{beginning, segments_of, version_of};
+use super::{Event, Options, Recording, ReplayError, Segment, Start};
+use latchwork_block::{Class, Engine, Port, Scan};
+use latchwork_image::{Quality, Type, format_duration};
+use std::fmt::Write;
+
+/// A component test made of a recording.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Exported {
+    /// The test file.
+    pub text: String,
+    /// Name of the component it tests.
+    pub component: String,
+    /// Its SHA-256, hex.
+    pub hash: String,
+    /// Steps in it.
+    pub steps: u64,
+    /// Executions they stand for.
+    pub executions: u64,
+    /// What it leaves out, in sentences.
+    pub notes: Vec<String>,
+}
+
+/// Most steps of one test: more is no test that anybody reads.
+const STEPS: usize = 100_000;
+
+/// Writes what was recorded of a block as a test of its component. What the component gives is what is expected: it is run,
+/// as in a replay. The engine's ticker must run.
+pub fn export(
+    recording: &Recording,
+    engine: &Engine,
+    run: u64,
+    block: &str,
+    options: &Options,
+) -> Result<Exported, ReplayError> {
+    let segments = segments_of(recording, run, block)?;
+    let segments = &segments[beginning(segments, options.from)..];
+    let Some(first) = segments.first() else {
+        return Err(ReplayError::Unknown { run, block: block.into(), hint: String::new() });
+    };
+    let version = version_of(recording, engine, first)?;
+    let mut case = Case::new(&version, first)?;
+    let mut notes = Vec::new();
+    let mut next = first.head.number;
+    for segment in segments {
+        if segment.head.number != next || segment.head.hash != first.head.hash || segment.head.cells != first.head.cells
+        {
+            notes.push(format!(
+                "it ends at {}: what follows was lost or is another version",
+                format_duration(case.last)
+            ));
+            break;
+        }
+        next += 1;
+        if !case.segment(segment, options.to, &mut notes) {
+            break;
+        }
+    }
+    Ok(case.finish(notes))
+}
+
+/// One execution, with what came before it.
+struct Step {
+    scan: Scan,
+    inputs: Vec<(usize, u64)>,
+    commands: u64,
+    settings: Option<Vec<(usize, u64)>>,
+    refused: Option<String>,
+    restart: bool,
+    outputs: Vec<(usize, u64)>,
+    alarms: Option<u64>,
+    fault: Option<&'static str>,
+}
+
+struct Case<'a> {
+    grounds: Grounds,
+    class: std::sync::Arc<Class>,
+    start: &'a Segment,
+    /// Executions.
+    steps: Vec<Step>,
+    inputs: Vec<u64>,
+    outputs: Option<Vec<u64>>,
+    settings: Vec<u64>,
+    pending: Option<(Vec<(usize, u64)>, Option<String>)>,
+    restart: bool,
+    last: u64,
+    executions: u64,
+}
+
+impl<'a> Case<'a> {
+    fn new(version: &Version, start: &'a Segment) -> Result<Self, ReplayError> {
+        let mut grounds = Grounds::new(version);
+        let head = &start.head;
+        let class = grounds.class();
+        if !version.fits(head) {
+            let (block, number, class) = (head.block.clone(), head.number, head.class.clone());
+            return Err(ReplayError::Shape { block, number, class });
+        }
+        let state = if let Start::State(cells) = &head.start { cells.as_slice() } else { &[] };
+        grounds.start(&head.settings, state);
+        Ok(Self {
+            grounds,
+            inputs: vec![0; class.argument_cells()],
+            class,
+            start,
+            steps: Vec::new(),
+            outputs: None,
+            settings: head.settings.clone(),
+            pending: None,
+            restart: false,
+            last: 0,
+            executions: 0,
+        })
+    }
+
+    /// False when the case ends here.
+    fn segment(&mut self, segment: &Segment, to: u64, notes: &mut Vec<String>) -> bool {
+        let mut events = segment.events();
+        loop {
+            match events.next() {
+                Ok(None) => return true,
+                Ok(Some(Event::Execution { scan, .. })) if scan.now > to => return false,
+                Ok(Some(Event::Execution { scan, arguments, .. })) => {
+                    self.execute(scan, arguments);
+                    if self.steps.len() >= STEPS {
+                        notes.push(format!("it ends at {}: {STEPS} steps are enough", format_duration(scan.now)));
+                        return false;
+                    }
+                }
+                Ok(Some(Event::Settings { cells, taken })) => self.configure(cells, taken == Some(true)),
+                Ok(Some(Event::Restarted)) => {
+                    self.grounds.start(&self.settings, &[]);
+                    self.restart = true;
+                }
+                Ok(Some(Event::Missed(n))) => {
+                    notes.push(format!("it ends at {}: {n} executions were missed there", format_duration(self.last)));
+                    return false;
+                }
+                Err(damaged) => {
+                    notes.push(format!(
+                        "it ends at {}: the recording is damaged: {damaged}",
+                        format_duration(self.last)
+                    ));
+                    return false;
+                }
+            }
+        }
+    }
+
+    fn configure(&mut self, cells: &[u64], taken: bool) {
+        let changed = changes(&self.settings, cells);
+        let refused = self.grounds.configure(cells).and_then(Result::err);
+        if taken {
+            self.settings = cells.to_vec();
+        }
+        let (mut before, was_refused) = self.pending.take().unwrap_or_default();
+        before.retain(|(i, _)| changed.iter().all(|(c, _)| c != i));
+        before.extend(changed);
+        self.pending = Some((before, refused.or(was_refused)));
+    }
+
+    fn execute(&mut self, scan: Scan, arguments: &[u64]) {
+        let own = self.inputs.len() - usize::from(!self.class.commands.is_empty());
+        let result = self.grounds.execute(scan, arguments);
+        let (outputs, fault) = match result {
+            Some(Ok(outputs)) => (Some(outputs.to_vec()), None),
+            Some(Err(fault)) => (None, Some(fault.kind.name())),
+            None => return,
+        };
+        self.executions += 1;
+        let of_outputs = outputs.as_ref().map_or(0, |o| o.len() - usize::from(!self.class.alarms.is_empty()));
+        let (changed, alarms) = match (&outputs, &self.outputs) {
+            (Some(new), Some(old)) => (
+                changes(&old[..of_outputs], &new[..of_outputs]),
+                (new[of_outputs..] != old[of_outputs..]).then_some(new),
+            ),
+            (Some(new), None) => (new[..of_outputs].iter().copied().enumerate().collect(), Some(new)),
+            (None, _) => (Vec::new(), None),
+        };
+        let (settings, refused) = self.pending.take().map_or((None, None), |(s, r)| (Some(s), r));
+        self.steps.push(Step {
+            scan,
+            inputs: input_changes(&self.class.inputs, &self.inputs[..own], &arguments[..own]),
+            commands: if own < arguments.len() { arguments[own] } else { 0 },
+            settings,
+            refused,
+            restart: std::mem::take(&mut self.restart),
+            outputs: changed,
+            alarms: alarms.and_then(|a| a.get(of_outputs)).copied(),
+            fault,
+        });
+        self.inputs.copy_from_slice(arguments);
+        self.outputs = outputs;
+        self.last = scan.now;
+    }
+
+    /// A value is too large for TOML.
+    fn large(&self) -> bool {
+        let large = |ports: &[Port], cells: &[(usize, u64)]| {
+            let mut at = 0;
+            ports.iter().any(|port| {
+                let own = at;
+                at += 1 + usize::from(port.signal);
+                port.ty == Type::U64 && cells.iter().any(|(i, cell)| *i == own && *cell > i64::MAX as u64)
+            })
+        };
+        let class = &self.class;
+        self.steps.iter().any(|s| large(&class.inputs, &s.inputs) || large(&class.outputs, &s.outputs))
+    }
+
+    /// The period of the executions, if they have one: then steps without anything new are left out.
+    fn grid(&self) -> Option<u64> {
+        let first = self.steps.first()?.scan;
+        let period =
+            self.steps.get(1)?.scan.now.checked_sub(first.now).filter(|p| *p > 0 && *p <= 3_600_000_000_000)?;
+        let even = |w: &[Step]| {
+            w[1].restart || (w[1].scan.now.wrapping_sub(w[0].scan.now) == period && w[1].scan.elapsed == period)
+        };
+        self.steps.windows(2).all(even).then_some(period)
+    }
+
+    fn finish(self, mut notes: Vec<String>) -> Exported {
+        let head = &self.start.head;
+        if self.large() {
+            notes.push("it will not be read: TOML has no whole numbers above 9223372036854775807".into());
+        }
+        let (grid, class) = (self.grid(), &self.class);
+        let mut text = String::new();
+        let start = self.steps.first().map_or(0, |s| s.scan.now);
+        let what = format!("{} from {} to {}", head.block, format_duration(start), format_duration(self.last));
+        let _ = writeln!(
+            text,
+            "# Recorded: block {}, run {}, component {} {}.",
+            head.block, head.run, head.component, head.hash
+        );
+        notes.iter().for_each(|note| {
+            let _ = writeln!(text, "# {note}.");
+        });
+        let _ = writeln!(text, "component = {:?}\nclass = {:?}", head.component, head.class);
+        let every = grid.map_or("0ms".into(), format_duration);
+        let _ = writeln!(text, "every = {every:?}\nmemory = \"{}B\"\n\n[[case]]\nname = {what:?}", head.memory);
+        let _ = writeln!(text, "start = {:?}", format_duration(start));
+        if let Some(first) = self.steps.first() {
+            let _ = writeln!(text, "first = {}\nelapsed = {:?}", first.scan.first, format_duration(first.scan.elapsed));
+        }
+        let plain = |ports: &[Port], cells: &[u64]| {
+            let pairs = ports.iter().zip(cells).map(|(p, cell)| format!("{} = {}", p.path, value(&p.ty, *cell)));
+            pairs.collect::<Vec<_>>().join(", ")
+        };
+        if !class.settings.is_empty() {
+            let _ = writeln!(text, "settings = {{ {} }}", plain(&class.settings, &head.settings));
+        }
+        if let Start::State(cells) = &head.start
+            && !cells.is_empty()
+        {
+            let _ = writeln!(text, "state = {{ {} }}", plain(&class.retained, cells));
+        }
+        let (mut steps, count) = (0, self.steps.len());
+        for (n, step) in self.steps.iter().enumerate() {
+            if grid.is_some() && n > 0 && n + 1 < count && step.is_dull() {
+                continue;
+            }
+            steps += 1;
+            step.write(&mut text, class, start);
+        }
+        let (component, hash) = (head.component.clone(), head.hash.clone());
+        Exported { text, component, hash, steps, executions: self.executions, notes }
+    }
+}
+
+impl Step {
+    /// Nothing is new: an execution of the grid.
+    fn is_dull(&self) -> bool {
+        self.inputs.is_empty()
+            && self.commands == 0
+            && self.settings.is_none()
+            && !self.restart
+            && self.outputs.is_empty()
+            && self.alarms.is_none()
+            && self.fault.is_none()
+    }
+
+    fn write(&self, text: &mut String, class: &Class, start: u64) {
+        let _ = writeln!(text, "\n[[case.step]]\nat = {:?}", format_duration(self.scan.now - start));
+        if self.restart {
+            text.push_str("restart = true\n");
+        }
+        if let Some(settings) = self.settings.as_ref().filter(|s| !s.is_empty()) {
+            let pairs = settings.iter().map(|(i, cell)| {
+                let port = &class.settings[*i];
+                format!("{} = {}", port.path, value(&port.ty, *cell))
+            });
+            let _ = writeln!(text, "settings = {{ {} }}", pairs.collect::<Vec<_>>().join(", "));
+        }
+        if !self.inputs.is_empty() {
+            let _ = writeln!(text, "inputs = {{ {} }}", signals(&class.inputs, &self.inputs));
+        }
+        if self.commands != 0 {
+            let _ = writeln!(text, "commands = {}", names(&class.commands, self.commands));
+        }
+        let mut expect = Vec::new();
+        if !self.outputs.is_empty() {
+            expect.push(format!("outputs = {{ {} }}", signals(&class.outputs, &self.outputs)));
+        }
+        if let Some(alarms) = self.alarms {
+            expect.push(format!("alarms = {}", names(&class.alarms, alarms)));
+        }
+        if let Some(refused) = &self.refused {
+            expect.push(format!("refused = {refused:?}"));
+        }
+        if let Some(fault) = self.fault {
+            expect.push(format!("fault = {fault:?}"));
+        }
+        if !expect.is_empty() {
+            let _ = writeln!(text, "expect = {{ {} }}", expect.join(", "));
+        }
+    }
+}
+
+fn changes(old: &[u64], new: &[u64]) -> Vec<(usize, u64)> {
+    let differ = old.iter().zip(new).enumerate().filter(|(_, (a, b))| a != b);
+    differ.map(|(i, (_, new))| (i, *new)).collect()
+}
+
+/// The same, but of a signal value and quality together: without a quality it would be good.
+fn input_changes(ports: &[Port], old: &[u64], new: &[u64]) -> Vec<(usize, u64)> {
+    let (mut at, mut changed) = (0, Vec::new());
+    for port in ports {
+        let cells = at..at + 1 + usize::from(port.signal);
+        if old[cells.clone()] != new[cells.clone()] {
+            changed.extend(cells.clone().map(|i| (i, new[i])));
+        }
+        at = cells.end;
+    }
+    changed
+}
+
+/// Changed cells by port.
+fn signals(ports: &[Port], changed: &[(usize, u64)]) -> String {
+    let (mut at, mut pairs) = (0, Vec::new());
+    let cell = |at: usize| changed.iter().find(|(i, _)| *i == at).map(|(_, cell)| *cell);
+    for port in ports {
+        let own = cell(at);
+        let quality = if port.signal { cell(at + 1).map(|q| Quality::from_cell(q).name()) } else { None };
+        at += 1 + usize::from(port.signal);
+        let shown = own.map(|own| value(&port.ty, own));
+        let said = match (shown, quality) {
+            (Some(value), None) => value,
+            (Some(value), Some("good")) => value,
+            (Some(value), Some(quality)) => format!("{{ value = {value}, quality = {quality:?} }}"),
+            (None, Some(quality)) => format!("{{ quality = {quality:?} }}"),
+            (None, None) => continue,
+        };
+        pairs.push(format!("{} = {said}", port.path));
+    }
+    pairs.join(", ")
+}
+
+fn names(of: &[String], bits: u64) -> String {
+    let on: Vec<_> = of.iter().enumerate().filter(|(i, _)| bits >> i & 1 == 1).map(|(_, n)| format!("{n:?}")).collect();
+    format!("[{}]", on.join(", "))
+}
+
+/// A value as TOML. Names of WIT are bare keys there, and the dots of nested fields mean the same.
+fn value(ty: &Type, cell: u64) -> String {
+    match ty {
+        Type::F64 | Type::F32 => {
+            let real = if *ty == Type::F32 { f32::from_bits(cell as u32).into() } else { f64::from_bits(cell) };
+            match real {
+                r if r.is_nan() => "nan".into(),
+                r if r.is_infinite() => if r > 0.0 { "inf" } else { "-inf" }.into(),
+                r => format!("{r:?}"),
+            }
+        }
+        Type::Duration | Type::Enum(_) | Type::Flags(_) => format!("{:?}", ty.format(cell)),
+        ty => ty.format(cell),
+    }
+}

@@ -1,0 +1,37 @@
+//! The shadow before the exchange.
+
+use super::*;
+use latchwork_tests_plant::forge::Bad;
+
+#[test]
+fn a_candidate_that_does_the_same_is_exchanged_after_the_shadow() {
+    let rig = plant().with("v2", &Counter { version: 1, default_step: 2, ..Counter::new(2) }.component());
+    let ran = rig.stimulus("1s,swap.count,v2.wasm shadow=20 probation=10\n").run_for(2 * S);
+    undisturbed(&ran, 200);
+    let told = told(&ran);
+    assert_eq!(told[..2], ["1000 count asked", "1000 count shadow"]);
+    let [_, _, exchanged, kept] = &told[..] else { panic!("{told:#?}") };
+    let ms = |line: &str| line.split(' ').next().and_then(|ms| ms.parse::<u64>().ok()).expect("a time");
+    assert!(exchanged.ends_with("count exchanged") && (1200..=1230).contains(&ms(exchanged)), "{told:#?}");
+    assert!(kept.ends_with("count kept"), "{told:#?}");
+}
+
+#[test]
+fn a_difference_ends_it_without_effect() {
+    let other = Counter { off: Some((5, 1)), ..Counter::new(1) };
+    let ran = plant().with("v2", &other.component()).stimulus("1s,swap.count,v2.wasm shadow=20\n").run_for(2 * S);
+    undisturbed(&ran, 200);
+    let told = told(&ran);
+    assert!(told[2].ends_with("count refused") && told.len() == 3, "{told:#?}");
+    let why = text(&ran, "count", "refused");
+    assert!(why.contains("count"), "{why}");
+}
+
+#[test]
+fn a_fault_in_the_shadow_ends_it_without_effect() {
+    let bad = Counter::new(1).bad(Bad::Trap(5));
+    let ran = plant().with("v2", &bad.component()).stimulus("1s,swap.count,v2.wasm shadow=20\n").run_for(2 * S);
+    undisturbed(&ran, 200);
+    assert_eq!(ran.told(Kind::Fault), [""; 0]);
+    assert!(told(&ran)[2].ends_with("count refused"));
+}
