@@ -51,11 +51,11 @@ fn weight(ty: &Type, cell: u64) -> (usize, u64) {
     }
 }
 
-/// Characters that carry something: zeros at the end are easy to read.
+/// Characters, twice; zeros at the end are easier to read.
 fn digits(text: &str) -> usize {
     let text = text.strip_suffix(".0").unwrap_or(text);
     let zeros = text.len() - text.trim_end_matches('0').len();
-    text.len() - zeros / 2
+    2 * text.len() - zeros
 }
 
 fn reals(r: f64) -> Vec<f64> {
