@@ -145,6 +145,11 @@ impl Instance {
         self.call(Function::Restore, state, &mut []).map(drop)
     }
 
+    /// Linear memory it has now, bytes, summed over its memories. WebAssembly gives none back.
+    pub fn memory(&self) -> u64 {
+        self.store.data().memory_used()
+    }
+
     /// Messages wait.
     #[inline]
     pub fn has_log(&self) -> bool {

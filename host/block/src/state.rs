@@ -48,6 +48,11 @@ impl State {
         store
     }
 
+    /// Linear memory it has now, bytes.
+    pub(crate) fn memory_used(&self) -> u64 {
+        self.memory_used as u64
+    }
+
     /// Most linear memory, bytes.
     pub(crate) fn memory_limit(&self) -> usize {
         self.memory_limit

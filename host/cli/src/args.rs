@@ -2,6 +2,7 @@
 
 mod alarms;
 pub(crate) mod author;
+pub(crate) mod fuzz;
 pub(crate) mod operate;
 pub(crate) mod replay;
 pub(crate) mod swap;
@@ -126,6 +127,14 @@ pub(crate) enum Command {
     /// A case starts a new instance of the component, gives it inputs, commands and settings at times of its own, and says
     /// what outputs, alarms and state are to be. docs/testing-a-block.md shows how such a file is written.
     Test(test::Test),
+    /// Search for what is wrong with a block: random inputs, times, commands, settings, restarts.
+    ///
+    /// Finds traps, executions that take too long, memory that grows for ever, instances that differ though they were told the
+    /// same, and blocks that go on otherwise after a restart. What fails is shrunk to the smallest story and written as a test
+    /// file, which `latchwork test` runs. docs/fuzzing-a-block.md tells more.
+    Fuzz(fuzz::Fuzz),
+    /// Tell whether a plant would take a block: class, imports, size, memory, time, restart.
+    CheckBlock(fuzz::CheckBlock),
     /// Print the JSON Schema of the plant file, for editors.
     ///
     /// In VS Code with the Even Better TOML extension, put `#:schema plant.schema.json` in the first line of the plant

@@ -25,4 +25,4 @@ pub use key::{Key, Kind, Section};
 pub use reference::reference;
 pub use typed::{cell, has_words, near_word};
 pub use values::{Constant, Span, Value, Values};
-pub use words::format_size;
+pub use words::{format_size, parse_size};

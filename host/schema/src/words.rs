@@ -93,7 +93,7 @@ pub(crate) fn example(kind: &Kind) -> String {
 }
 
 /// `"4MiB"` in bytes.
-pub(crate) fn parse_size(text: &str) -> Option<u64> {
+pub fn parse_size(text: &str) -> Option<u64> {
     let text = text.trim();
     let digits = text.find(|c: char| !c.is_ascii_digit()).unwrap_or(text.len());
     let (number, unit) = text.split_at(digits);

@@ -3,10 +3,12 @@
 mod alarms;
 mod build;
 mod check;
+mod check_block;
 mod client;
 mod command;
 mod doctor;
 mod force;
+mod fuzz;
 mod gpio;
 mod inspect;
 mod journal;
@@ -66,6 +68,8 @@ pub(crate) fn execute(args: Args) -> Result<Exit> {
         Command::Rollback(args) => swap::rollback(args),
         Command::Swaps(args) => swap::swaps(args),
         Command::Test(test) => test::execute(&engine()?, test),
+        Command::Fuzz(fuzz) => fuzz::execute(&engine()?, fuzz),
+        Command::CheckBlock(check) => check_block::execute(&engine()?, check),
         Command::Schema => schema::execute(),
     }
 }

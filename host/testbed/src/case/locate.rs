@@ -101,7 +101,7 @@ impl<'a> Finder<'a> {
 }
 
 /// The build folder's components, of the nearest folder above that has any.
-fn built(base: &Path) -> Vec<PathBuf> {
+pub(crate) fn built(base: &Path) -> Vec<PathBuf> {
     let base = std::fs::canonicalize(if base.as_os_str().is_empty() { Path::new(".") } else { base });
     let Ok(base) = base else { return Vec::new() };
     let target = base.ancestors().map(|a| a.join("target")).find(|t| t.join("components").is_dir());

@@ -36,6 +36,7 @@ mod steps;
 mod table;
 mod values;
 
+pub(crate) use locate::built;
 pub use model::{Case, Subject, TestFile};
 pub use read::{Checked, Options, check_file, check_text};
 pub use report::{CaseReport, Failure, Mismatch, Timeline, TimelineRow};

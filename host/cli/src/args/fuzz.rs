@@ -1,0 +1,74 @@
+//! `latchwork fuzz` and `latchwork check-block`
+
+use clap::Args;
+use latchwork_schema::parse_size;
+use latchwork_testbed::fuzz::Kind;
+use std::path::PathBuf;
+
+/// `latchwork fuzz`
+#[derive(Args, Debug)]
+#[command(after_help = "\
+Exit codes: 0 nothing found, 1 something found or the component cannot be loaded, 2 the command line is wrong.")]
+pub(crate) struct Fuzz {
+    /// What is fuzzed.
+    #[command(flatten)]
+    pub(crate) block: Block,
+    /// Time to search [default: 30s, or without an end with --runs].
+    #[arg(long = "for", value_name = "TIME", value_parser = super::duration)]
+    pub(crate) time: Option<u64>,
+    /// Sequences to try; with this, the same seed finds the same.
+    #[arg(long, value_name = "N")]
+    pub(crate) runs: Option<u64>,
+    /// Where the cases go that show what was found [default: COMPONENT-fuzz-SEED.test.toml].
+    #[arg(long, value_name = "FILE.test.toml")]
+    pub(crate) out: Option<PathBuf>,
+    /// What is meant to be so, as in `--ignore not-restored`; may be given several times.
+    #[arg(long, value_name = "KIND", value_parser = kind)]
+    pub(crate) ignore: Vec<Kind>,
+}
+
+/// `latchwork check-block`
+#[derive(Args, Debug)]
+#[command(after_help = "\
+Exit codes: 0 a plant takes it, 1 it does not, 2 the command line is wrong.")]
+pub(crate) struct CheckBlock {
+    /// What is checked.
+    #[command(flatten)]
+    pub(crate) block: Block,
+    /// Sequences of random inputs to try.
+    #[arg(long, value_name = "N", default_value_t = 1000)]
+    pub(crate) runs: u64,
+}
+
+/// A block, its limits, and the form of the output.
+#[derive(Args, Debug)]
+pub(crate) struct Block {
+    /// The component, a .wasm file.
+    #[arg(value_name = "COMPONENT")]
+    pub(crate) component: PathBuf,
+    /// Device class; only where the component exports several.
+    #[arg(long, value_name = "CLASS")]
+    pub(crate) class: Option<String>,
+    /// Seed of the random numbers [default: another each time].
+    #[arg(long, value_name = "N")]
+    pub(crate) seed: Option<u64>,
+    /// Longest execution.
+    #[arg(long, value_name = "TIME", default_value = "1ms", value_parser = super::duration)]
+    pub(crate) budget: u64,
+    /// Most memory.
+    #[arg(long, value_name = "SIZE", default_value = "4MiB", value_parser = size)]
+    pub(crate) memory: u64,
+    /// Print as JSON.
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
+fn size(text: &str) -> Result<u64, String> {
+    parse_size(text).ok_or_else(|| "expected a whole number with a unit B, KiB, MiB or GiB, as in 4MiB".into())
+}
+
+fn kind(text: &str) -> Result<Kind, String> {
+    let known = Kind::ALL.iter().copied();
+    let list = || known.clone().map(Kind::name).collect::<Vec<_>>().join(", ");
+    known.clone().find(|k| k.name() == text).ok_or_else(|| format!("expected one of {}", list()))
+}

@@ -1,0 +1,88 @@
+//! `latchwork check-block COMPONENT`
+
+use super::fuzz;
+use crate::Exit;
+use crate::args::fuzz::CheckBlock;
+use crate::report;
+use anyhow::Result;
+use latchwork_block::{Class, Engine};
+use latchwork_testbed::case::Subject;
+use latchwork_testbed::check::{BlockCheck, Status, check};
+use latchwork_testbed::fuzz::Options;
+use serde_json::json;
+use std::sync::Arc;
+use std::time::Instant;
+
+pub(super) fn execute(engine: &Engine, args: &CheckBlock) -> Result<Exit> {
+    let name = args.block.component.display().to_string();
+    let component = match engine.load_file(&args.block.component) {
+        Ok(component) => component,
+        Err(error) => return refused(args, &name, &error.to_string()),
+    };
+    // All of its classes, unless one is named.
+    let classes: Vec<Arc<Class>> = if args.block.class.is_some() {
+        match fuzz::subject(engine, &args.block)? {
+            Ok(subject) => vec![subject.class],
+            Err(exit) => return Ok(exit),
+        }
+    } else {
+        let names: Vec<String> = component.classes().map(|c| c.name.clone()).collect();
+        names.iter().map(|n| component.class(Some(n))).collect::<Result<_, _>>()?
+    };
+    let options = Options { sequences: Some(args.runs), ..fuzz::options(&args.block) };
+    let clock = fuzz::clock(Instant::now());
+    let _ticker = fuzz::ticker(engine);
+    let mut checks = Vec::new();
+    for class in classes {
+        let template = match component.template(&class) {
+            Ok(template) => template,
+            Err(error) => return refused(args, &name, &error.to_string()),
+        };
+        let subject = Subject { component: component.clone(), class, template };
+        checks.push(check(&subject, &options, &clock));
+    }
+    let ok = checks.iter().all(|c| c.ok);
+    if args.block.json {
+        let (name, hash, size) = (component.name(), component.hash(), component.size());
+        let json = json!({ "ok": ok, "component": name, "hash": hash, "size": size, "classes": checks });
+        report::say(&format!("{}\n", serde_json::to_string_pretty(&json)?));
+    } else {
+        report::say(&checks.iter().map(told).collect::<Vec<_>>().join("\n"));
+        let (verdict, seed) = (verdict(ok), options.seed);
+        report::say(&format!("\n{name}: {verdict} (seed {seed})\n"));
+        if !ok {
+            let bad = checks.iter().find(|c| !c.ok).map(|c| c.fuzz.class.as_str()).filter(|_| checks.len() > 1);
+            let class = args.block.class.as_deref().or(bad).map_or(String::new(), |c| format!(" --class {c}"));
+            let again = format!("latchwork fuzz {name}{class} --runs {} --seed {seed}", args.runs);
+            report::say(&format!("`{again}` shows how it comes to that\n"));
+        }
+    }
+    Ok(if ok { Exit::Fine } else { Exit::Wanting })
+}
+
+fn verdict(ok: bool) -> &'static str {
+    if ok { "a plant takes it" } else { "not for a plant" }
+}
+
+/// A component that is not even loaded.
+fn refused(args: &CheckBlock, name: &str, error: &str) -> Result<Exit> {
+    if args.block.json {
+        let json = json!({ "ok": false, "component": name, "error": error, "classes": [] });
+        report::say(&format!("{}\n", serde_json::to_string_pretty(&json)?));
+    } else {
+        report::say(&format!("bad   load         {error}\n\n{name}: {}\n", verdict(false)));
+    }
+    Ok(Exit::Wanting)
+}
+
+fn told(check: &BlockCheck) -> String {
+    let line = |l: &latchwork_testbed::check::Line| {
+        let status = match l.status {
+            Status::Fine => "fine",
+            Status::Note => "note",
+            Status::Bad => "bad",
+        };
+        format!("{status:5} {:12} {}\n", l.name, l.found)
+    };
+    check.lines.iter().map(line).collect()
+}

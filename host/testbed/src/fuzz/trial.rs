@@ -1,0 +1,366 @@
+//! One sequence, done to a block, its twin and the one that is restored.
+
+use super::report::Kind;
+use super::sequence::{Sequence, Step};
+use super::values::real;
+use hdrhistogram::Histogram;
+use latchwork_block::{Class, Fault, FaultKind, Instance, Limits, Scan, Template};
+use latchwork_image::Type;
+
+/// Longest time that is told apart, ns.
+const HOUR: u64 = 3_600_000_000_000;
+
+/// What the twin is told, besides what all are.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(super) struct Twin {
+    /// Its state is asked for at restarts, as the first one's.
+    pub(super) saves: bool,
+    /// It gets settings that the first refused.
+    pub(super) refusals: bool,
+}
+
+/// Where and how a sequence went wrong.
+#[derive(Clone, Debug)]
+pub(super) struct Failure {
+    pub(super) kind: Kind,
+    pub(super) message: String,
+    /// Step and execution of the step; `None`: before the first.
+    pub(super) place: Option<(usize, u32)>,
+    /// Output cells as they should be and as they were; nothing after a fault.
+    pub(super) expected: Vec<u64>,
+    pub(super) got: Vec<u64>,
+}
+
+/// The longest execution of a sequence.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Longest {
+    pub(super) ns: u64,
+    pub(super) step: usize,
+    pub(super) execution: u32,
+}
+
+/// Sums over all sequences.
+#[derive(Debug)]
+pub(super) struct Sums {
+    pub(super) executions: u64,
+    /// How long executions took, ns. Their mean would be that of the machine's other work.
+    pub(super) times: Histogram<u32>,
+    pub(super) restarts: u64,
+    pub(super) taken: u64,
+    pub(super) refused: u64,
+    pub(super) memory: u64,
+    /// By output cell: NaN came out; NaN came out of finite inputs and settings.
+    pub(super) nan: Vec<(bool, bool)>,
+}
+
+/// Does sequences.
+pub(super) struct Trial<'a> {
+    template: &'a Template,
+    twin: &'a Template,
+    limits: Limits,
+    clock: &'a dyn Fn() -> u64,
+    /// What two looks at the clock take, ns.
+    overhead: u64,
+    /// Types of the output cells that are reals.
+    reals: Vec<Option<Type>>,
+    ins: Vec<u32>,
+    pub(super) sums: Sums,
+    /// Of the last sequence.
+    pub(super) longest: Longest,
+    /// An execution that is of interest, and what it took in the last sequence, ns.
+    pub(super) watched: Option<(usize, u32)>,
+    pub(super) watched_ns: u64,
+    /// Settings that were refused, with the sentence, by step.
+    pub(super) refusals: Vec<(usize, String)>,
+    /// States that were saved, by step.
+    pub(super) saved: Vec<(usize, Vec<u64>)>,
+    /// Memory after each power of two of executions.
+    pub(super) memory: Vec<u64>,
+}
+
+/// One instance with its cells: arguments, then outputs.
+struct Side {
+    instance: Instance,
+    cells: Vec<u64>,
+}
+
+impl Side {
+    fn execute(&mut self, scan: Scan, ins: &[u32], step: &Step, commands: Option<u64>) -> Result<(), Fault> {
+        self.cells[..step.inputs.len()].copy_from_slice(&step.inputs);
+        if let Some(word) = commands {
+            self.cells[step.inputs.len()] = word;
+        }
+        let done = self.instance.execute(scan, ins, ins.len() as u32, &mut self.cells);
+        if self.instance.has_log() {
+            self.instance.drain_log(|_, _| {});
+        }
+        done
+    }
+}
+
+impl<'a> Trial<'a> {
+    /// `twin` is the same code, but in tests of this module.
+    pub(super) fn new(template: &'a Template, twin: &'a Template, limits: Limits, clock: &'a dyn Fn() -> u64) -> Self {
+        let class = template.class();
+        let mut reals = Vec::new();
+        for port in &class.outputs {
+            reals.push(Some(port.ty.clone()).filter(|ty| matches!(ty, Type::F32 | Type::F64)));
+            reals.extend(port.signal.then_some(None));
+        }
+        reals.extend((!class.alarms.is_empty()).then_some(None));
+        let sums = Sums {
+            executions: 0,
+            times: Histogram::new_with_bounds(1, HOUR, 2).expect("bounds that are sound"),
+            restarts: 0,
+            taken: 0,
+            refused: 0,
+            memory: 0,
+            nan: vec![(false, false); reals.len()],
+        };
+        let overhead = (0..64).map(|_| clock().abs_diff(clock())).min().unwrap_or(0);
+        Self {
+            template,
+            twin,
+            limits,
+            clock,
+            overhead,
+            reals,
+            ins: (0..class.argument_cells() as u32).collect(),
+            sums,
+            longest: Longest::default(),
+            watched: None,
+            watched_ns: 0,
+            refusals: Vec::new(),
+            saved: Vec::new(),
+            memory: Vec::new(),
+        }
+    }
+
+    pub(super) fn class(&self) -> &'a Class {
+        self.template.class()
+    }
+
+    /// Makes an instance and configures it; the inner error is its refusal.
+    pub(super) fn instance(&self, template: &Template, settings: &[u64]) -> Result<Result<Instance, String>, Fault> {
+        let mut instance = template.instantiate(&self.limits)?;
+        Ok(instance.configure(settings)?.map(|()| instance))
+    }
+
+    fn side(&self, template: &Template, settings: &[u64]) -> Result<Option<Side>, Failure> {
+        let made = self.instance(template, settings).map_err(|f| fault(&f, None, ""))?;
+        let cells = vec![0; self.ins.len() + self.reals.len()];
+        Ok(made.ok().map(|instance| Side { instance, cells }))
+    }
+
+    /// Does a sequence. False: its first settings are refused, so there was nothing to do.
+    pub(super) fn run(&mut self, sequence: &Sequence, told: Twin) -> Result<bool, Failure> {
+        (self.longest, self.refusals, self.saved) = Default::default();
+        self.memory.clear();
+        self.watched_ns = 0;
+        let Some(first) = self.side(self.template, &sequence.settings)? else { return Ok(false) };
+        let Some(twin) = self.side(self.twin, &sequence.settings)? else {
+            return Err(different(Kind::NotDeterministic, "one instance refuses settings that another takes", None));
+        };
+        let mut run = Run {
+            first,
+            twin,
+            restored: None,
+            settings: sequence.settings.clone(),
+            told,
+            scan: Scan { now: sequence.start, elapsed: 0, first: true },
+            finite: self.finite(&sequence.settings, |c| &c.settings),
+            done: 0,
+        };
+        for number in 0..sequence.steps.len() {
+            self.step(&mut run, sequence, number)?;
+        }
+        Ok(true)
+    }
+
+    fn step(&mut self, run: &mut Run, sequence: &Sequence, number: usize) -> Result<(), Failure> {
+        let step = &sequence.steps[number];
+        let at = Some((number, 0));
+        if step.restart {
+            self.restart(run, number)?;
+        }
+        if let Some(settings) = &step.settings {
+            self.configure(run, settings, number)?;
+        }
+        run.finite &= self.finite(&step.inputs, |c| &c.inputs);
+        for execution in 0..step.repeat {
+            let at = at.map(|(step, _)| (step, execution));
+            run.scan.elapsed = sequence.elapsed(number, execution);
+            run.scan.now = run.scan.now.saturating_add(run.scan.elapsed);
+            let commands = if execution == 0 { step.commands } else { 0 };
+            let commands = (self.ins.len() > step.inputs.len()).then_some(commands);
+            let begun = (self.clock)();
+            let done = run.first.execute(run.scan, &self.ins, step, commands);
+            let ns = (self.clock)().saturating_sub(begun).saturating_sub(self.overhead);
+            self.sums.executions += 1;
+            self.sums.times.saturating_record(ns);
+            if ns > self.longest.ns {
+                self.longest = Longest { ns, step: number, execution };
+            }
+            if self.watched == at {
+                self.watched_ns = ns;
+            }
+            done.map_err(|f| fault(&f, at, ""))?;
+            self.look(run);
+            let twin = run.twin.execute(run.scan, &self.ins, step, commands);
+            twin.map_err(|f| match fault(&f, at, "") {
+                // Whoever was only just in time the first time.
+                late if late.kind == Kind::Budget => late,
+                _ => different(Kind::NotDeterministic, &format!("of two instances one faults: {f}"), at),
+            })?;
+            self.same(run, &run.twin, Kind::NotDeterministic, at)?;
+            if let Some(mut restored) = run.restored.take() {
+                let done = restored.execute(run.scan, &self.ins, step, commands);
+                done.map_err(|f| fault(&f, at, "after a restart, "))?;
+                self.same(run, &restored, Kind::NotRestored, at)?;
+                run.restored = Some(restored);
+            }
+            run.scan.first = false;
+        }
+        Ok(())
+    }
+
+    /// The restored one goes on from the state of the first.
+    fn restart(&mut self, run: &mut Run, number: usize) -> Result<(), Failure> {
+        let at = Some((number, 0));
+        let told = |f: Fault| fault(&f, at, "");
+        let Some(state) = run.first.instance.save().map_err(told)? else { return Ok(()) };
+        if run.told.saves {
+            let other = run.twin.instance.save().map_err(told)?;
+            if other.is_none_or(|o| !same_cells(&self.class().retained, &o, &state)) {
+                return Err(different(Kind::NotDeterministic, "two instances save different states", at));
+            }
+        }
+        let Some(mut restored) = self.side(self.template, &run.settings).map_err(|f| Failure { place: at, ..f })?
+        else {
+            let text = "after a restart it refuses the settings that it had";
+            return Err(different(Kind::NotRestored, text, at));
+        };
+        restored.instance.restore(&state).map_err(told)?;
+        self.sums.restarts += 1;
+        self.saved.push((number, state));
+        run.restored = Some(restored);
+        Ok(())
+    }
+
+    fn configure(&mut self, run: &mut Run, settings: &[u64], number: usize) -> Result<(), Failure> {
+        let at = Some((number, 0));
+        let told = |f: Fault| fault(&f, at, "");
+        match run.first.instance.configure(settings).map_err(told)? {
+            Ok(()) => {
+                self.sums.taken += 1;
+                let others = [Some(&mut run.twin), run.restored.as_mut()];
+                for (side, kind) in others.into_iter().zip([Kind::NotDeterministic, Kind::NotRestored]) {
+                    let Some(side) = side else { continue };
+                    if side.instance.configure(settings).map_err(told)?.is_err() {
+                        let who = if kind == Kind::NotRestored { "after a restart it" } else { "another instance" };
+                        return Err(different(kind, &format!("{who} refuses settings that are else taken"), at));
+                    }
+                }
+                run.finite &= self.finite(settings, |c| &c.settings);
+                run.settings = settings.to_vec();
+            }
+            Err(sentence) => {
+                self.sums.refused += 1;
+                self.refusals.push((number, sentence));
+                if run.told.refusals {
+                    let _ = run.twin.instance.configure(settings).map_err(told)?;
+                }
+                if let Some(restored) = &mut run.restored {
+                    let _ = restored.instance.configure(settings).map_err(told)?;
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// Memory and NaN of the first.
+    fn look(&mut self, run: &mut Run) {
+        run.done += 1;
+        let memory = run.first.instance.memory();
+        self.sums.memory = self.sums.memory.max(memory);
+        if run.done.is_power_of_two() {
+            self.memory.push(memory);
+        }
+        let outputs = &run.first.cells[self.ins.len()..];
+        for ((ty, cell), nan) in self.reals.iter().zip(outputs).zip(&mut self.sums.nan) {
+            if let Some(ty) = ty
+                && real(ty, *cell).is_nan()
+            {
+                nan.0 = true;
+                nan.1 |= run.finite;
+            }
+        }
+    }
+
+    /// The same outputs as those of the first, or a failure.
+    fn same(&self, run: &Run, other: &Side, kind: Kind, at: Option<(usize, u32)>) -> Result<(), Failure> {
+        let from = self.ins.len();
+        let (expected, got) = (&run.first.cells[from..], &other.cells[from..]);
+        if expected == got || self.reals.iter().zip(expected.iter().zip(got)).all(|(r, (a, b))| equal(r, *a, *b)) {
+            return Ok(());
+        }
+        // What should be is what the one does that nobody disturbed.
+        let disturbed = kind == Kind::NotDeterministic && run.told != Twin { saves: true, refusals: true };
+        let (expected, got) = if disturbed { (got, expected) } else { (expected, got) };
+        Err(Failure { expected: expected.into(), got: got.into(), ..different(kind, "", at) })
+    }
+
+    /// No value of the cells is NaN or infinite.
+    fn finite(&self, cells: &[u64], ports: impl Fn(&Class) -> &[latchwork_block::Port]) -> bool {
+        let mut at = 0;
+        ports(self.class()).iter().all(|port| {
+            let cell = cells[at];
+            at += 1 + usize::from(port.signal);
+            !matches!(port.ty, Type::F32 | Type::F64) || real(&port.ty, cell).is_finite()
+        })
+    }
+
+    /// Indices of the output cells that differ, as a failure has them.
+    pub(super) fn differing(&self, failure: &Failure) -> Vec<usize> {
+        let pairs = failure.expected.iter().zip(&failure.got).zip(&self.reals).enumerate();
+        pairs.filter(|(_, ((a, b), real))| !equal(real, **a, **b)).map(|(i, _)| i).collect()
+    }
+}
+
+/// A sequence under way.
+struct Run {
+    first: Side,
+    twin: Side,
+    restored: Option<Side>,
+    /// Settings in force.
+    settings: Vec<u64>,
+    told: Twin,
+    scan: Scan,
+    /// No input or setting so far was NaN or infinite.
+    finite: bool,
+    /// Executions.
+    done: u64,
+}
+
+/// Zeros are equal whatever their sign, and so is all that is no number: nothing that a plant sees.
+fn equal(ty: &Option<Type>, a: u64, b: u64) -> bool {
+    a == b
+        || ty.as_ref().is_some_and(|ty| {
+            let (a, b) = (real(ty, a), real(ty, b));
+            a == b || (a.is_nan() && b.is_nan())
+        })
+}
+
+fn same_cells(ports: &[latchwork_block::Port], a: &[u64], b: &[u64]) -> bool {
+    let real = |ty: &Type| Some(ty.clone()).filter(|ty| matches!(ty, Type::F32 | Type::F64));
+    ports.iter().zip(a.iter().zip(b)).all(|(port, (a, b))| equal(&real(&port.ty), *a, *b))
+}
+
+fn fault(fault: &Fault, place: Option<(usize, u32)>, before: &str) -> Failure {
+    let kind = if fault.kind == FaultKind::Budget { Kind::Budget } else { Kind::Fault(fault.kind) };
+    Failure { kind, message: format!("{before}{fault}"), place, expected: Vec::new(), got: Vec::new() }
+}
+
+fn different(kind: Kind, message: &str, place: Option<(usize, u32)>) -> Failure {
+    Failure { kind, message: message.into(), place, expected: Vec::new(), got: Vec::new() }
+}
