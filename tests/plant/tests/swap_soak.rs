@@ -18,7 +18,4 @@ fn blocks_that_are_swapped_without_end_lose_no_scan_no_count_and_no_record() {
     let count = |bad, back| told.swaps.iter().filter(|d| (d.bad, d.back) == (bad, back)).count();
     assert!(count(false, false) > 3 && told.steps > 1000, "{:?} {}", told.swaps.len(), told.steps);
     assert!(told.retained.writes > 1, "states were saved meanwhile: {:?}", told.retained);
-    // Every exchange is told by the record of its swap.
-    let exchanged = told.records.iter().filter(|r| r.transition == "exchanged").count();
-    assert!(exchanged >= count(false, false) + count(true, false), "{exchanged}");
 }

@@ -1,33 +1,45 @@
 //! Swaps without end in a plant of 200 blocks and 1 ms, and what it costs to save and restore a state.
 //!
 //! `cargo xtask bench swap` runs it for five minutes; best on a machine that does nothing else, as root or with the right to
-//! SCHED_FIFO. `--seconds N` and `--table FILE` say how long and where to.
+//! SCHED_FIFO. `--seconds N`, `--blocks N` and `--table FILE` say how long, of how many and where to.
 
+use hdrhistogram::Histogram;
 use latchwork_block::{CallPath, Engine, EngineOptions, Limits};
+use latchwork_plant::swap::Stage;
 use latchwork_tests_plant::soak::{Soak, Told, counter};
 use std::fmt::Write;
 use std::path::PathBuf;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
+use thread_priority::{
+    RealtimeThreadSchedulePolicy, ThreadPriority, ThreadSchedulePolicy, set_thread_priority_and_policy,
+    thread_native_id,
+};
+
+/// What a lane has when nothing is said.
+const PRIORITY: u8 = 50;
 
 struct Args {
     seconds: u64,
+    blocks: usize,
     table: Option<PathBuf>,
 }
 
 impl Args {
     fn parse() -> Self {
-        let mut args = Self { seconds: 300, table: None };
+        let mut args = Self { seconds: 300, blocks: 200, table: None };
         let mut words = std::env::args().skip(1);
         while let Some(word) = words.next() {
+            let mut number =
+                || words.next().and_then(|w| w.parse().ok()).unwrap_or_else(|| panic!("{word} takes a number"));
             match word.as_str() {
-                "--seconds" => {
-                    let number = words.next().and_then(|w| w.parse().ok());
-                    args.seconds = number.unwrap_or_else(|| panic!("--seconds takes a number"));
-                }
+                "--seconds" => args.seconds = number(),
+                "--blocks" => args.blocks = number() as usize,
                 "--table" => args.table = words.next().map(PathBuf::from),
                 // cargo's own.
                 "--bench" => {}
-                other => panic!("{other} is not known; there are --seconds and --table"),
+                other => panic!("{other} is not known; there are --seconds, --blocks and --table"),
             }
         }
         args
@@ -53,10 +65,41 @@ impl Spread {
         Self { count: samples.len(), p50: at(0.5), p99: at(0.99), max: at(1.0) }
     }
 
+    fn of(all: &Histogram<u64>) -> Self {
+        let at = |part| all.value_at_quantile(part);
+        Self { count: all.len() as usize, p50: at(0.5), p99: at(0.99), max: all.max() }
+    }
+
     fn row(&self, unit: f64) -> String {
         let of = |ns: u64| format!("{:.1}", ns as f64 / unit);
         format!("{} | {} | {} | {}", self.count, of(self.p50), of(self.p99), of(self.max))
     }
+}
+
+/// Deadlines that passed while a thread could not run.
+#[derive(Default)]
+struct Missed {
+    quiet: u64,
+    swapping: u64,
+}
+
+/// What this machine gives a thread of a lane's priority that does nothing: where it stands still, no runtime keeps a period.
+fn bare(stop: &AtomicBool, every: Duration, quiet: Duration) -> Missed {
+    let policy = ThreadSchedulePolicy::Realtime(RealtimeThreadSchedulePolicy::Fifo);
+    let priority = PRIORITY.try_into().map(ThreadPriority::Crossplatform).expect("a priority");
+    if let Err(why) = set_thread_priority_and_policy(thread_native_id(), priority, policy) {
+        eprintln!("the thread beside the plant has no real-time priority ({why:?}), nor has the lane");
+    }
+    let (begun, mut due, mut missed) = (Instant::now(), Instant::now(), Missed::default());
+    while !stop.load(Ordering::Relaxed) {
+        due += every;
+        std::thread::sleep(due.saturating_duration_since(Instant::now()));
+        let passed = due.elapsed().as_nanos() / every.as_nanos();
+        let part = if begun.elapsed() < quiet { &mut missed.quiet } else { &mut missed.swapping };
+        *part += passed as u64;
+        due += every * passed as u32;
+    }
+    missed
 }
 
 const US: f64 = 1e3;
@@ -65,10 +108,17 @@ const MS: f64 = 1e6;
 fn main() {
     let args = Args::parse();
     let swapping = Duration::from_secs(args.seconds);
-    let soak = Soak { blocks: 200, quiet: swapping / 5, swapping, every: 1_000_000, retain_ms: 10_000 };
+    let soak = Soak { blocks: args.blocks, quiet: swapping / 5, swapping, every: 1_000_000, retain_ms: 10_000 };
     eprintln!("{} s without a swap, then {} s of swaps …", soak.quiet.as_secs(), swapping.as_secs());
+    let stop = Arc::new(AtomicBool::new(false));
+    let beside = std::thread::spawn({
+        let (stop, every, quiet) = (Arc::clone(&stop), Duration::from_nanos(soak.every), soak.quiet);
+        move || bare(&stop, every, quiet)
+    });
     let told = soak.run();
-    let mut page = swaps(&soak, &told);
+    stop.store(true, Ordering::Relaxed);
+    let bare = beside.join().expect("the thread beside it");
+    let mut page = swaps(&soak, &told, &bare);
     page += &states();
     println!("{page}");
     if let Some(path) = &args.table {
@@ -78,18 +128,16 @@ fn main() {
     assert!(wrong.is_empty(), "{} rules were broken: {:#?}", wrong.len(), &wrong[..wrong.len().min(20)]);
 }
 
-fn swaps(soak: &Soak, told: &Told) -> String {
+fn swaps(soak: &Soak, told: &Told, bare: &Missed) -> String {
     let lane = &told.outcome.lanes[0].statistics;
-    let expected = told.outcome.time / soak.every;
     let of = |bad: bool, back: bool| told.swaps.iter().filter(move |d| (d.bad, d.back) == (bad, back));
-    let all = || told.swaps.iter().filter(|d| !d.back);
     let mut page = format!(
         "{} blocks in a lane of {} ms, {} s without and {} s with swaps of one to three blocks, one after the other, each to a \
          version that had to be compiled:\n\n\
          | | |\n|---|---|\n\
-         | scans; periods that passed | {}; {expected} |\n\
-         | scans that ended late; longest scan, µs | {}; {:.1} |\n\
+         | scans | {} |\n\
          | swaps kept; rolled back by a fault; rolled back by hand | {}; {}; {} |\n\
+         | rolled back because the machine stood still while the new version executed | {} |\n\
          | values of counters that were compared; steps back or skipped | {}; {} |\n\
          | records; lost | {}; {} |\n\n",
         soak.blocks,
@@ -97,24 +145,37 @@ fn swaps(soak: &Soak, told: &Told) -> String {
         soak.quiet.as_secs(),
         soak.swapping.as_secs(),
         lane.scans,
-        lane.overruns,
-        lane.scan_time_max as f64 / US,
-        of(false, false).count(),
+        of(false, false).filter(|d| d.stage == Stage::Done).count(),
         of(true, false).count(),
         of(false, true).count(),
+        of(false, false).filter(|d| d.stage != Stage::Done).count(),
         told.steps,
         told.broken.len(),
-        told.records.len(),
-        told.records.iter().filter(|r| r.kind == latchwork_record::Kind::Lost).count(),
+        told.records.count,
+        told.records.lost.len(),
+    );
+    // Writing to a String never fails.
+    page += "| deadlines passed without a scan, in a minute | without swaps | with swaps |\n|---|---|---|\n";
+    let minutes = |d: Duration| d.as_secs_f64() / 60.0;
+    let (quiet, swapping) = (minutes(soak.quiet), minutes(soak.swapping));
+    let per = |n: u64, minutes: f64| n as f64 / minutes.max(1e-9);
+    let (before, during) = (per(told.quiet.missed, quiet), per(told.swapping.missed, swapping));
+    let _ = writeln!(page, "| the lane | {before:.1} | {during:.1} |");
+    let (before, during) = (per(bare.quiet, quiet), per(bare.swapping, swapping));
+    let _ = writeln!(
+        page,
+        "| a bare thread that only wakes, of the same priority, on whichever CPU | {before:.1} | {during:.1} |\n"
     );
     page += "| | count | p50 | p99 | max |\n|---|---|---|---|---|\n";
-    let exchange = Spread::new(all().map(|d| d.status.exchange_ns));
-    let prepare = Spread::new(all().map(|d| d.status.prepare_ns));
-    let back = Spread::new(of(false, true).map(|d| d.status.exchange_ns));
-    let quiet = Spread::new(told.late_quiet.iter().copied());
-    let swapping = Spread::new(told.late_swapping.iter().copied());
-    // Writing to a String never fails.
-    let _ = writeln!(page, "| exchange in the lane, µs | {} |", exchange.row(US));
+    for (blocks, what) in [(1, "one block"), (2, "two blocks"), (3, "three blocks")] {
+        let some = told.swaps.iter().filter(|d| !d.back && d.blocks == blocks);
+        let spread = Spread::new(some.map(|d| d.exchange_ns));
+        let _ = writeln!(page, "| exchange of {what} in the lane, µs | {} |", spread.row(US));
+    }
+    let prepare = Spread::new(told.swaps.iter().filter(|d| !d.back).map(|d| d.prepare_ns));
+    let back = Spread::new(of(false, true).map(|d| d.exchange_ns));
+    let quiet = Spread::of(&told.quiet.late);
+    let swapping = Spread::of(&told.swapping.late);
     let _ = writeln!(page, "| load, check, compile and instantiate beside it, ms | {} |", prepare.row(MS));
     let _ = writeln!(page, "| rollback by hand: exchange in the lane, µs | {} |", back.row(US));
     let _ = writeln!(
@@ -122,20 +183,19 @@ fn swaps(soak: &Soak, told: &Told) -> String {
         "| rollback by hand: from the order to its end, ms | {} |",
         Spread::new(of(false, true).map(|d| d.took)).row(MS)
     );
-    let _ =
-        writeln!(page, "| start of a scan after the earliest of its thousand, without swaps, µs | {} |", quiet.row(US));
+    let _ = writeln!(page, "| start of a scan after its deadline, without swaps, µs | {} |", quiet.row(US));
     let _ = writeln!(page, "| the same with swaps, µs | {} |", swapping.row(US));
     let ratio = swapping.p99 as f64 / quiet.p99.max(1) as f64;
     let _ = writeln!(page, "\np99 with swaps over p99 without: {ratio:.2} (target 1.2).\n");
     let memory = |swaps: u64| told.memory.iter().find(|(n, _)| *n >= swaps);
-    let rows: Vec<_> = [0, 100, 1000, u64::MAX]
+    let rows: Vec<_> = [0, 100, 200, 400, 800, 1000, 2000, 3000, 4000, 5000]
         .into_iter()
-        .filter_map(|n| if n == u64::MAX { told.memory.last() } else { memory(n) })
+        .filter_map(memory)
         .map(|(n, bytes)| format!("{:.1} MB after {n}", *bytes as f64 / 1e6))
         .collect();
     let _ = writeln!(
         page,
-        "Resident memory, with all records and values that the bench itself keeps: {} swaps.\n",
+        "Resident memory of the process, which keeps eight earlier versions of each block: {} swaps.\n",
         rows.join(", ")
     );
     page
