@@ -53,6 +53,22 @@ pub struct ParseValueError {
 }
 
 impl Type {
+    /// Those that need no names.
+    pub const PLAIN: [Self; 12] = [
+        Self::Bool,
+        Self::U8,
+        Self::U16,
+        Self::U32,
+        Self::U64,
+        Self::S8,
+        Self::S16,
+        Self::S32,
+        Self::S64,
+        Self::F32,
+        Self::F64,
+        Self::Duration,
+    ];
+
     /// The cell of a whole number, or `None` when the type cannot hold it. A real type takes whole numbers too.
     pub fn cell_from_integer(&self, i: i128) -> Option<u64> {
         Some(match self {
@@ -241,22 +257,8 @@ mod tests {
     }
 
     fn all() -> Vec<Type> {
-        vec![
-            Type::Bool,
-            Type::U8,
-            Type::U16,
-            Type::U32,
-            Type::U64,
-            Type::S8,
-            Type::S16,
-            Type::S32,
-            Type::S64,
-            Type::F32,
-            Type::F64,
-            Type::Duration,
-            Type::Enum(names(&["off", "on", "auto"])),
-            Type::Flags(names(&["a", "b", "c"])),
-        ]
+        let named = [Type::Enum(names(&["off", "on", "auto"])), Type::Flags(names(&["a", "b", "c"]))];
+        Type::PLAIN.into_iter().chain(named).collect()
     }
 
     #[test]

@@ -20,21 +20,7 @@ fn port(text: &str) -> Option<Port> {
 }
 
 fn read_type(text: &str) -> Option<Type> {
-    let plain = [
-        Type::Bool,
-        Type::U8,
-        Type::U16,
-        Type::U32,
-        Type::U64,
-        Type::S8,
-        Type::S16,
-        Type::S32,
-        Type::S64,
-        Type::F32,
-        Type::F64,
-        Type::Duration,
-    ];
-    if let Some(ty) = plain.into_iter().find(|ty| ty.kind() == text) {
+    if let Some(ty) = Type::PLAIN.into_iter().find(|ty| ty.kind() == text) {
         return Some(ty);
     }
     let names = |kind: &str| -> Option<Arc<[String]>> {
@@ -67,20 +53,7 @@ mod tests {
 
     fn any_type() -> impl Strategy<Value = Type> {
         let names = || prop::collection::vec("[a-z][a-z0-9]{0,5}(-[a-z]{1,3})?", 1..9).prop_map(Into::into);
-        let plain = prop::sample::select(vec![
-            Type::Bool,
-            Type::U8,
-            Type::U16,
-            Type::U32,
-            Type::U64,
-            Type::S8,
-            Type::S16,
-            Type::S32,
-            Type::S64,
-            Type::F32,
-            Type::F64,
-            Type::Duration,
-        ]);
+        let plain = prop::sample::select(Type::PLAIN.to_vec());
         prop_oneof![plain, names().prop_map(Type::Enum), names().prop_map(Type::Flags)]
     }
 
