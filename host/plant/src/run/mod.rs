@@ -12,7 +12,7 @@ mod watchdog;
 pub use clock::{Clock, MachineClock};
 pub use real_time::run_real;
 pub use stimulus::{StimulusError, resolve as resolve_stimulus};
-pub use virtual_time::run_virtual;
+pub use virtual_time::{VirtualRun, run_virtual};
 
 use crate::lane::{BlockState, Change, Lane, LaneState, Statistics};
 use crate::model::Model;

@@ -8,6 +8,7 @@ use super::{Control, Observer, Outcome, RunOptions};
 use crate::assemble::Plant;
 use crate::lane::{Lane, LaneState};
 use crate::model;
+use crate::sim::Action;
 use latchwork_block::Ticker;
 use std::cmp::Reverse;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -75,62 +76,144 @@ impl Progress {
     }
 }
 
-/// Runs a plant as fast as it goes.
-pub fn run_virtual(mut plant: Plant, options: &RunOptions, stop: &AtomicBool, observer: &mut dyn Observer) -> Outcome {
-    // Plant time stands still in a scan, but a block that never ends must be stopped by some clock.
-    let _ticker = Ticker::start(&plant.engine, Duration::from_nanos(plant.tick));
-    let mut progress: Vec<_> = plant.lanes.iter().map(|_| Progress { due: 0, busy: None, begun: 0 }).collect();
-    let mut stimulus = options.stimulus.iter().peekable();
-    let counted = plant.lanes.iter().position(|l| !l.is_interrupt()).unwrap_or(0);
-    let (mut now, before) = (0, plant.router.last_seq());
-    plant.begin_recorder();
-    plant.lanes.iter_mut().for_each(|lane| lane.begin_interrupts(0));
-    loop {
-        let next = (0..plant.lanes.len())
-            .filter_map(|i| progress[i].next(&plant.lanes[i], now).map(|(time, step)| (time, step, i)))
-            .min_by_key(|(time, step, i)| (*time, *step, Reverse(plant.model.lanes[*i].priority), *i));
-        // Without a lane that runs, nothing would ever happen again.
-        let alive = plant.lanes.iter().any(|l| matches!(l.state(), LaneState::Starting | LaneState::Running));
-        let row = stimulus.peek().map(|row| row.time).filter(|row| alive && next.is_none_or(|(time, ..)| *row <= time));
-        let Some(time) = row.or(next.map(|(time, ..)| time)) else { break };
-        if options.duration.is_some_and(|d| time >= d) {
-            now = options.duration.unwrap_or(now);
-            break;
+/// A plant at virtual time, under way: whoever holds it says how far it goes, and looks at it in between.
+pub struct VirtualRun {
+    plant: Plant,
+    progress: Vec<Progress>,
+    now: u64,
+    /// Number of the last record before the run.
+    before: u64,
+    /// Plant time stands still in a scan, but a block that never ends must be stopped by some clock.
+    _ticker: Ticker,
+}
+
+impl VirtualRun {
+    /// Begins at plant time 0; nothing has been scanned yet.
+    pub fn begin(mut plant: Plant) -> Self {
+        let ticker = Ticker::start(&plant.engine, Duration::from_nanos(plant.tick));
+        let progress: Vec<_> = plant.lanes.iter().map(|_| Progress { due: 0, busy: None, begun: 0 }).collect();
+        let before = plant.router.last_seq();
+        plant.begin_recorder();
+        plant.lanes.iter_mut().for_each(|lane| lane.begin_interrupts(0));
+        Self { plant, progress, now: 0, before, _ticker: ticker }
+    }
+
+    /// The plant.
+    pub fn plant(&self) -> &Plant {
+        &self.plant
+    }
+
+    /// Plant time, ns.
+    pub fn now(&self) -> u64 {
+        self.now
+    }
+
+    /// When something happens next by itself, ns; `None` when no lane runs any more.
+    pub fn next(&self) -> Option<u64> {
+        self.alive().then(|| self.due().map(|(time, ..)| time)).flatten()
+    }
+
+    /// Does what a row of a stimulus says, at plant time `at`, ns: before everything else that is due then.
+    pub fn stimulate(&mut self, action: &Action, at: u64) {
+        self.now = self.now.max(at);
+        self.plant.stimulate(action, self.now);
+        self.plant.settle(&self.progress, self.now);
+    }
+
+    /// Hears what operators want through the console, at plant time `at`, ns: before everything else that is due then.
+    pub fn serve(&mut self, at: u64) {
+        self.now = self.now.max(at);
+        self.plant.serve(self.now);
+    }
+
+    /// Does everything that is due up to plant time `until`, ns, and at it; then all records up to it are told.
+    pub fn advance(&mut self, until: u64, observer: &mut dyn Observer) {
+        while let Some((time, step, index)) = self.due().filter(|(time, ..)| *time <= until && self.alive()) {
+            self.step(time, step, index, observer);
         }
-        if options.scans.is_some_and(|n| plant.lanes[counted].statistics().scans >= n) {
-            break;
+        self.now = self.now.max(until);
+        self.plant.serve(self.now);
+        self.plant.sim.publish(self.now);
+        let settled = self.settled().unwrap_or(u64::MAX).min(self.now.saturating_add(1));
+        self.plant.drain(settled, self.now.saturating_add(1), observer);
+    }
+
+    /// Stops the lanes in order.
+    pub fn end(mut self, observer: &mut dyn Observer) -> Outcome {
+        let (now, plant) = (self.now, &mut self.plant);
+        for lane in &mut plant.lanes {
+            lane.stop(now);
         }
-        now = now.max(time);
-        if let Some(row) = stimulus.next_if(|_| row.is_some()) {
-            plant.stimulate(&row.action, now);
-            plant.settle(&progress, now);
-            continue;
-        }
-        let Some((_, step, index)) = next else { break };
+        plant.serve(now);
+        let mut lanes = std::mem::take(&mut plant.lanes);
+        plant.retain_last(&mut lanes, now);
+        plant.lanes = lanes;
+        plant.drain(u64::MAX, now, observer);
+        Outcome::new(&plant.model, &mut plant.lanes, now, plant.router.last_seq() - self.before)
+    }
+
+    /// Without a lane that runs, nothing would ever happen again.
+    fn alive(&self) -> bool {
+        self.plant.lanes.iter().any(|l| matches!(l.state(), LaneState::Starting | LaneState::Running))
+    }
+
+    /// What lanes do next: when, what, which.
+    fn due(&self) -> Option<(u64, Step, usize)> {
+        let Self { plant, progress, now, .. } = self;
+        (0..plant.lanes.len())
+            .filter_map(|i| progress[i].next(&plant.lanes[i], *now).map(|(time, step)| (time, step, i)))
+            .min_by_key(|(time, step, i)| (*time, *step, Reverse(plant.model.lanes[*i].priority), *i))
+    }
+
+    fn step(&mut self, time: u64, step: Step, index: usize, observer: &mut dyn Observer) {
+        let Self { plant, progress, now, .. } = self;
+        *now = time.max(*now);
+        let now = *now;
         plant.serve(now);
         plant.sim.publish(now);
         plant.step(&mut progress[index], index, step, now);
-        plant.settle(&progress, now);
+        plant.settle(progress, now);
         plant.supervisor.pump();
-        // A record may still come with the time of the oldest edge that waits, or of a scan that has not ended.
+        let settled = self.settled().map_or(now, |oldest| oldest.min(now));
+        self.plant.drain(settled, now, observer);
+    }
+
+    /// A record may still come with the time of the oldest edge that waits, or of a scan that has not ended.
+    fn settled(&self) -> Option<u64> {
         let running = |l: &&Lane| matches!(l.state(), LaneState::Starting | LaneState::Running);
-        let waiting = plant.lanes.iter().filter(running).filter_map(|l| l.arrivals()?.oldest());
-        let scanning = progress.iter().filter_map(|p| p.busy.map(|busy| busy.stamp));
-        let settled = waiting.chain(scanning).min().map_or(now, |oldest| oldest.min(now));
-        plant.drain(settled, now, observer);
-        if observer.tick(now) == Control::Stop || stop.load(Ordering::Relaxed) {
+        let waiting = self.plant.lanes.iter().filter(running).filter_map(|l| l.arrivals()?.oldest());
+        let scanning = self.progress.iter().filter_map(|p| p.busy.map(|busy| busy.stamp));
+        waiting.chain(scanning).min()
+    }
+}
+
+/// Runs a plant as fast as it goes.
+pub fn run_virtual(plant: Plant, options: &RunOptions, stop: &AtomicBool, observer: &mut dyn Observer) -> Outcome {
+    let counted = plant.lanes.iter().position(|l| !l.is_interrupt()).unwrap_or(0);
+    let mut run = VirtualRun::begin(plant);
+    let mut stimulus = options.stimulus.iter().peekable();
+    loop {
+        let (next, alive) = (run.due(), run.alive());
+        let row = stimulus.peek().map(|row| row.time).filter(|row| alive && next.is_none_or(|(time, ..)| *row <= time));
+        let Some(time) = row.or(next.map(|(time, ..)| time)) else { break };
+        if options.duration.is_some_and(|d| time >= d) {
+            run.now = options.duration.unwrap_or(run.now);
+            break;
+        }
+        if options.scans.is_some_and(|n| run.plant.lanes[counted].statistics().scans >= n) {
+            break;
+        }
+        if let Some(row) = stimulus.next_if(|_| row.is_some()) {
+            run.stimulate(&row.action, time);
+            continue;
+        }
+        let Some((time, step, index)) = next else { break };
+        run.step(time, step, index, observer);
+        if observer.tick(run.now) == Control::Stop || stop.load(Ordering::Relaxed) {
             break;
         }
     }
-    for lane in &mut plant.lanes {
-        lane.stop(now);
-    }
-    plant.serve(now);
-    let mut lanes = std::mem::take(&mut plant.lanes);
-    plant.retain_last(&mut lanes, now);
-    plant.lanes = lanes;
-    plant.drain(u64::MAX, now, observer);
-    Outcome::new(&plant.model, &mut plant.lanes, now, plant.router.last_seq() - before)
+    run.end(observer)
 }
 
 impl Plant {

@@ -13,7 +13,7 @@ const COLUMNS: usize = 8;
 
 /// The last executions that changed something.
 #[derive(Default)]
-pub(super) struct History {
+pub struct History {
     rows: VecDeque<Row>,
     open: Vec<Open>,
 }
@@ -38,7 +38,7 @@ struct Open {
 impl History {
     /// Notes an execution, if it changed anything.
     #[inline]
-    pub(super) fn note(&mut self, at: u64, cells: &[u64]) {
+    pub fn note(&mut self, at: u64, cells: &[u64]) {
         if self.rows.back().is_none_or(|row| row.cells != cells) {
             self.add(at, cells);
         }
@@ -62,7 +62,7 @@ impl History {
     }
 
     /// The execution at `at` failed.
-    pub(super) fn failed(&mut self, at: u64, cells: &[u64], mismatches: &[Mismatch], failure: usize) {
+    pub fn failed(&mut self, at: u64, cells: &[u64], mismatches: &[Mismatch], failure: usize) {
         let mut rows: Vec<Row> = self.rows.iter().cloned().collect();
         if rows.last().is_none_or(|r| r.at != at) {
             rows.push(Row { at, cells: cells.to_vec(), failed: true });
@@ -76,25 +76,31 @@ impl History {
     }
 
     /// All timelines so far, each with the failure it belongs to.
-    pub(super) fn close(&mut self, class: &Class) -> Vec<(usize, Timeline)> {
-        self.open.drain(..).map(|open| (open.failure, timeline(class, &open.rows, &open.named))).collect()
+    pub fn close(&mut self, columns: &[Column<'_>]) -> Vec<(usize, Timeline)> {
+        self.open.drain(..).map(|open| (open.failure, timeline(columns, &open.rows, &open.named))).collect()
     }
 
     /// Another instance begins: what was before is no part of its timelines.
-    pub(super) fn clear(&mut self) {
+    pub fn clear(&mut self) {
         self.rows.clear();
     }
 }
 
 /// A column: its name and how its text comes from the cells of a row.
-struct Column<'a> {
-    name: String,
-    kind: Kind<'a>,
-    cell: usize,
+pub struct Column<'a> {
+    /// Name.
+    pub name: String,
+    /// What it shows.
+    pub kind: Kind<'a>,
+    /// Its cell; the quality of a signal follows it.
+    pub cell: usize,
 }
 
-enum Kind<'a> {
+/// What a column shows.
+pub enum Kind<'a> {
+    /// A value.
     Port(&'a Port),
+    /// The flags of a word that are on.
     Flags(&'a [String]),
 }
 
@@ -120,7 +126,8 @@ pub(super) fn names_of(names: &[String], word: u64) -> String {
     if on.is_empty() { "-".into() } else { on.join("|") }
 }
 
-fn columns(class: &Class) -> Vec<Column<'_>> {
+/// The columns of a class: everything that goes in and comes out.
+pub(super) fn columns(class: &Class) -> Vec<Column<'_>> {
     let mut columns = Vec::new();
     let mut cell = 0;
     let groups =
@@ -139,8 +146,7 @@ fn columns(class: &Class) -> Vec<Column<'_>> {
 }
 
 /// All columns where there is room for all; otherwise those that are spoken of, then those that change.
-fn timeline(class: &Class, rows: &[Row], named: &[String]) -> Timeline {
-    let all = columns(class);
+fn timeline(all: &[Column<'_>], rows: &[Row], named: &[String]) -> Timeline {
     let texts: Vec<Vec<String>> = rows.iter().map(|r| all.iter().map(|c| c.text(&r.cells)).collect()).collect();
     let changes = |i: usize| texts.iter().any(|r| r[i] != texts[0][i]);
     let is_named =

@@ -7,18 +7,18 @@ use latchwork_schema::{Checker, Finding, Span};
 use std::path::{Path, PathBuf};
 
 /// Where components are looked for.
-pub(super) struct Finder<'a> {
+pub struct Finder<'a> {
     engine: &'a Engine,
     /// Folder of the test file.
     base: PathBuf,
     folders: Vec<PathBuf>,
     /// Every file that was looked for, for those who wait for a change.
-    pub(super) tried: Vec<PathBuf>,
+    pub tried: Vec<PathBuf>,
 }
 
 impl<'a> Finder<'a> {
     /// `given`: the folders that the file names, as it writes them; `more`: those of the caller, which come first.
-    pub(super) fn new(engine: &'a Engine, file: &Path, given: Option<Vec<String>>, more: &[PathBuf]) -> Self {
+    pub fn new(engine: &'a Engine, file: &Path, given: Option<Vec<String>>, more: &[PathBuf]) -> Self {
         let base = file.parent().unwrap_or(Path::new("")).to_path_buf();
         let mut folders = more.to_vec();
         match given {
@@ -32,13 +32,7 @@ impl<'a> Finder<'a> {
     }
 
     /// Loads a component and the class of it that is tested, or says what is in the way.
-    pub(super) fn subject(
-        &mut self,
-        checker: &mut Checker,
-        name: &str,
-        class: Option<&str>,
-        span: &Span,
-    ) -> Option<Subject> {
+    pub fn subject(&mut self, checker: &mut Checker, name: &str, class: Option<&str>, span: &Span) -> Option<Subject> {
         let path = match self.path(name) {
             Ok(path) => path,
             Err(finding) => {
@@ -55,19 +49,17 @@ impl<'a> Finder<'a> {
     }
 
     /// Loads another version of what runs: a component that exports the same class, in whatever version.
-    pub(super) fn version(
-        &mut self,
-        checker: &mut Checker,
-        name: &str,
-        class: Option<&str>,
-        span: &Span,
-    ) -> Option<Subject> {
+    pub fn version(&mut self, checker: &mut Checker, name: &str, class: Option<&str>, span: &Span) -> Option<Subject> {
         let bare = |name: &str| name.split_once('@').map_or(name, |(name, _)| name).to_owned();
         // Where the old one is not known, whatever the new one exports will do for the checks that follow.
         self.subject(checker, name, class.map(bare).as_deref(), span)
     }
 
-    fn path(&mut self, name: &str) -> Result<PathBuf, Finding> {
+    /// The file of a component, or what is in the way.
+    ///
+    /// # Errors
+    /// A finding without a place: there is no such file.
+    pub fn path(&mut self, name: &str) -> Result<PathBuf, Finding> {
         let error = |message| Finding::error(&(0..0), message);
         if name.ends_with(".wasm") {
             let path = self.base.join(name);

@@ -25,16 +25,32 @@
 //! # }
 //! ```
 
+mod change;
+mod columns;
+mod compare;
 mod history;
 pub mod keys;
 mod locate;
 mod model;
+mod ports;
 mod read;
 mod report;
 mod run;
 mod steps;
 mod table;
+mod tables;
 mod values;
+
+/// What test files of other subjects than components are read and told with.
+pub mod kit {
+    pub use super::compare::compare;
+    pub use super::history::{Column, History, Kind};
+    pub use super::locate::Finder;
+    pub use super::model::Expected;
+    pub use super::table::{Cell, Place, Row, Rows, rows};
+    pub use super::tables::{get, group, table, tables};
+    pub use super::values::{Group, Said, listed, quality_of, tolerance};
+}
 
 pub(crate) use locate::built;
 pub use model::{Case, Subject, TestFile};

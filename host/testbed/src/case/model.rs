@@ -68,9 +68,11 @@ impl Case {
 
 /// A cell and what is written to it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) struct SetCell {
-    pub(super) cell: usize,
-    pub(super) value: u64,
+pub struct SetCell {
+    /// Index of the cell.
+    pub cell: usize,
+    /// What is written.
+    pub value: u64,
 }
 
 /// What takes another instance.
@@ -121,15 +123,17 @@ impl Expect {
 
 /// One expected value.
 #[derive(Debug)]
-pub(super) struct Expected {
+pub struct Expected {
     /// `outputs.q`
-    pub(super) name: String,
-    pub(super) ty: Type,
+    pub name: String,
+    /// Type of the value.
+    pub ty: Type,
     /// Index of the output cell, or of the field.
-    pub(super) cell: usize,
-    pub(super) value: Option<u64>,
+    pub cell: usize,
+    /// The value, if any is expected.
+    pub value: Option<u64>,
     /// For numbers, in their own unit; of durations in ns.
-    pub(super) within: f64,
+    pub within: f64,
     /// In the cell behind the value.
-    pub(super) quality: Option<Quality>,
+    pub quality: Option<Quality>,
 }

@@ -3,13 +3,16 @@
 use super::keys;
 use super::locate::Finder;
 use super::model::{Case, SetCell, Subject, TestFile};
+use super::ports::{inputs, retained, settings};
 use super::steps::Steps;
-use super::values::{Group, tolerance};
-use latchwork_block::{Class, Engine};
-use latchwork_schema::check::{entries, found, parse};
-use latchwork_schema::{Checker, Entry, Finding, Section, Span, Value, Values, findings_json, position, render};
+use super::table::{Place, rows};
+use super::tables::{get, group, table, tables};
+use super::values::tolerance;
+use latchwork_block::Engine;
+use latchwork_schema::check::parse;
+use latchwork_schema::{Checker, Finding, Span, Value, Values, findings_json, render};
 use std::path::{Path, PathBuf};
-use toml::de::{DeTable, DeValue};
+use toml::de::DeTable;
 
 /// Period when none is given, ns.
 const EVERY: u64 = 10_000_000;
@@ -74,18 +77,9 @@ pub fn check_text(path: &Path, text: String, engine: &Engine, options: &Options)
 
 /// What all cases of a file share.
 pub(super) struct Common<'a> {
-    pub(super) text: &'a str,
-    pub(super) base: PathBuf,
+    pub(super) place: Place<'a>,
     pub(super) finder: Finder<'a>,
     pub(super) subject: Option<Subject>,
-    /// Tables that were read.
-    pub(super) files: Vec<PathBuf>,
-}
-
-impl Common<'_> {
-    pub(super) fn line(&self, span: &Span) -> usize {
-        position(self.text, span.start).0
-    }
 }
 
 fn read<'a>(
@@ -103,11 +97,9 @@ fn read<'a>(
         _ => None,
     };
     let mut common = Common {
-        text,
-        base: path.parent().unwrap_or(Path::new("")).to_path_buf(),
+        place: Place::new(path, text),
         finder: Finder::new(engine, path, folders, &options.folders),
         subject: None,
-        files: Vec::new(),
     };
     if let Some(name) = values.text("component") {
         common.subject = common.finder.subject(checker, name, values.text("class"), &values.span_of("component"));
@@ -134,7 +126,7 @@ fn read<'a>(
         ),
     }
     let mut files = common.finder.tried;
-    files.extend(common.files);
+    files.extend(common.place.files);
     let file = common.subject.map(|subject| TestFile {
         path: path.into(),
         subject,
@@ -216,7 +208,7 @@ fn case(
         }
     }
     if let Some(entry) = get(item, "table") {
-        steps.table(checker, common, &entry);
+        rows(checker, &mut common.place, &entry, &mut steps);
     }
     let expect = values.table("expect");
     let word = |key| expect.and_then(|e| e.text(key)).map(str::to_owned);
@@ -232,7 +224,7 @@ fn case(
     }
     Some(Case {
         name: values.text("name")?.to_owned(),
-        line: common.line(span),
+        line: common.place.line(span),
         every,
         start: values.duration("start").unwrap_or(0),
         first: values.bool("first"),
@@ -246,73 +238,6 @@ fn case(
     })
 }
 
-/// Reads a table by its section.
-pub(super) fn table(checker: &mut Checker, of: &Section, table: &DeTable<'_>, span: &Span, skip: &[&str]) -> Values {
-    checker.whose.clear();
-    checker.whose.push_str(of.name);
-    checker.table_but(&[of], table, span.clone(), skip)
-}
-
-/// The tables of an array of tables, or findings.
-pub(super) fn tables<'t>(checker: &mut Checker, entry: &Entry<'t>, name: &str) -> Vec<(&'t DeTable<'t>, Span)> {
-    let wrong = |checker: &mut Checker, value, span: &Span| {
-        checker.add(Finding::error(span, format!("`{}` is {}; expected tables {name}", entry.name, found(value))));
-    };
-    let DeValue::Array(items) = entry.value else {
-        wrong(checker, entry.value, &entry.span);
-        return Vec::new();
-    };
-    let mut list = Vec::new();
-    for item in items.iter() {
-        match item.get_ref() {
-            DeValue::Table(table) => list.push((table, item.span())),
-            value => wrong(checker, value, &item.span()),
-        }
-    }
-    list
-}
-
-/// One entry of a table.
-pub(super) fn get<'t>(table: &'t DeTable<'t>, name: &str) -> Option<Entry<'t>> {
-    entries(table).into_iter().find(|e| e.name == name)
-}
-
-/// A table within a table, or a finding.
-pub(super) fn group<'t>(checker: &mut Checker, table: &'t DeTable<'t>, name: &str) -> Option<&'t DeTable<'t>> {
-    let entry = get(table, name)?;
-    if let DeValue::Table(table) = entry.value {
-        return Some(table);
-    }
-    let message = format!("`{name}` is {}; expected a table, as in {name} = {{ PORT = … }}", found(entry.value));
-    checker.add(Finding::error(&entry.span, message));
-    None
-}
-
 fn text_of(value: &Value) -> Option<String> {
     if let Value::Text(text) = value { Some(text.clone()) } else { None }
-}
-
-fn of<'a>(
-    subject: &'a Subject,
-    name: &'static str,
-    one: &'static str,
-    ports: fn(&Class) -> &[latchwork_block::Port],
-) -> Group<'a> {
-    Group { component: subject.component.name(), name, one, ports: ports(&subject.class) }
-}
-
-pub(super) fn inputs(subject: &Subject) -> Group<'_> {
-    of(subject, "inputs", "input", |c| &c.inputs)
-}
-
-pub(super) fn outputs(subject: &Subject) -> Group<'_> {
-    of(subject, "outputs", "output", |c| &c.outputs)
-}
-
-pub(super) fn settings(subject: &Subject) -> Group<'_> {
-    of(subject, "settings", "setting", |c| &c.settings)
-}
-
-pub(super) fn retained(subject: &Subject) -> Group<'_> {
-    of(subject, "state", "retained field", |c| &c.retained)
 }

@@ -1,11 +1,10 @@
 //! Runs cases at virtual time.
 
-use super::history::{History, names_of};
-use super::model::{Case, Expect, Expected, Step, Subject, Takeover, TestFile};
+use super::compare::compare;
+use super::history::{History, columns, names_of};
+use super::model::{Case, Expect, Step, Subject, Takeover, TestFile};
 use super::report::{CaseReport, Failure, Mismatch, Timeline};
-use latchwork_block::upgrade::Transfer;
-use latchwork_block::{Class, Fault, Instance, Limits, Scan};
-use latchwork_image::{Quality, Type, format_duration};
+use latchwork_block::{Fault, Instance, Limits, Scan};
 
 /// Failures of a case that are told in full.
 pub const FAILURES: usize = 4;
@@ -45,28 +44,28 @@ impl TestFile {
 }
 
 /// A case under way.
-struct Run<'a> {
-    case: &'a Case,
-    limits: Limits,
-    subject: &'a Subject,
+pub(super) struct Run<'a> {
+    pub(super) case: &'a Case,
+    pub(super) limits: Limits,
+    pub(super) subject: &'a Subject,
     /// `None` after a fault.
-    instance: Option<Instance>,
+    pub(super) instance: Option<Instance>,
     /// Arguments, then results.
-    cells: Vec<u64>,
-    ins: Vec<u32>,
-    settings: Vec<u64>,
+    pub(super) cells: Vec<u64>,
+    pub(super) ins: Vec<u32>,
+    pub(super) settings: Vec<u64>,
     /// Time of the last execution since the start.
-    last: Option<u64>,
+    pub(super) last: Option<u64>,
     /// The next execution is the first after a cold start.
-    first: bool,
+    pub(super) first: bool,
     /// What the next execution is told when there was none before it.
-    elapsed: u64,
-    history: History,
-    report: CaseReport,
+    pub(super) elapsed: u64,
+    pub(super) history: History,
+    pub(super) report: CaseReport,
 }
 
 /// Why a block did not do what it was asked.
-enum Trouble {
+pub(super) enum Trouble {
     Fault(Fault),
     Refused(String),
 }
@@ -106,7 +105,7 @@ impl<'a> Run<'a> {
     }
 
     /// Cells for the class that runs.
-    fn lay_out(&mut self) {
+    pub(super) fn lay_out(&mut self) {
         let class = &self.subject.class;
         self.ins = (0..class.argument_cells() as u32).collect();
         self.cells = vec![0; class.argument_cells() + class.output_cells()];
@@ -133,7 +132,7 @@ impl<'a> Run<'a> {
     }
 
     /// Makes an instance of the present version. Fields of `state` without a value are what the block starts with.
-    fn instance(&mut self, settings: &[Option<u64>], state: Option<&[Option<u64>]>) -> Result<(), Trouble> {
+    pub(super) fn instance(&mut self, settings: &[Option<u64>], state: Option<&[Option<u64>]>) -> Result<(), Trouble> {
         let mut instance = self.subject.template.instantiate(&self.limits)?;
         let defaults = instance.defaults()?;
         let value = |(i, given): (usize, &Option<u64>)| given.or_else(|| defaults.as_ref().map(|d| d[i])).unwrap_or(0);
@@ -232,80 +231,6 @@ impl<'a> Run<'a> {
         self.instance.is_some() || sound
     }
 
-    /// Everything that happens before the execution.
-    fn change(&mut self, step: &'a Step) -> Result<(), Trouble> {
-        match &step.takeover {
-            Takeover::None => {}
-            Takeover::Restart => self.restart()?,
-            Takeover::Swap { to, lossy } => {
-                // A version that cannot even start takes nothing over: the one before goes on.
-                return self.swap(to, *lossy, &step.settings).map_err(|trouble| match trouble {
-                    Trouble::Fault(fault) => Trouble::Refused(told(&fault)),
-                    refused => refused,
-                });
-            }
-        }
-        if step.settings.is_empty() {
-            return Ok(());
-        }
-        let mut settings = self.settings.clone();
-        step.settings.iter().for_each(|(i, cell)| settings[*i] = *cell);
-        let Some(instance) = &mut self.instance else { return Ok(()) };
-        instance.configure(&settings)?.map_err(Trouble::Refused)?;
-        self.settings = settings;
-        Ok(())
-    }
-
-    /// As when a plant stops and starts: what is retained is kept, all else begins anew.
-    fn restart(&mut self) -> Result<(), Trouble> {
-        let state = match &mut self.instance {
-            Some(instance) => instance.save()?,
-            None => None,
-        };
-        let settings: Vec<_> = self.settings.iter().copied().map(Some).collect();
-        let state = state.map(|s| s.into_iter().map(Some).collect::<Vec<_>>());
-        self.first = state.is_none();
-        self.instance(&settings, state.as_deref())?;
-        let results = self.ins.len()..;
-        self.cells[results].fill(0);
-        self.history.clear();
-        (self.last, self.elapsed) = (None, 0);
-        Ok(())
-    }
-
-    /// The next version takes over between two executions; where a fault has left none before it, it starts cold.
-    fn swap(&mut self, to: &'a Subject, lossy: bool, settings: &[(usize, u64)]) -> Result<(), Trouble> {
-        let (from, class) = (&self.subject.class, &to.class);
-        let saved = match &mut self.instance {
-            Some(old) => old.save()?,
-            None => None,
-        };
-        let mut new = to.template.instantiate(&self.limits)?;
-        let mut cells = new.defaults()?.unwrap_or_else(|| vec![0; class.settings.len()]);
-        carry(&from.settings, &class.settings, lossy, &self.settings, &mut cells, "setting", settings)?;
-        settings.iter().for_each(|(i, cell)| cells[*i] = *cell);
-        new.configure(&cells)?.map_err(Trouble::Refused)?;
-        let carried = match saved.zip(new.save()?) {
-            Some((saved, mut state)) => {
-                carry(&from.retained, &class.retained, lossy, &saved, &mut state, "retained field", &[])?;
-                new.restore(&state)?;
-                true
-            }
-            None => false,
-        };
-        let arguments = inputs_of(from, class, &self.cells);
-        self.close();
-        self.history.clear();
-        (self.instance, self.settings, self.first) = (Some(new), cells, !carried);
-        if !carried {
-            (self.last, self.elapsed) = (None, 0);
-        }
-        self.subject = to;
-        self.lay_out();
-        self.cells[..arguments.len()].copy_from_slice(&arguments);
-        Ok(())
-    }
-
     /// How something went against what was expected of it.
     fn judge(
         &self,
@@ -376,99 +301,14 @@ impl<'a> Run<'a> {
     }
 
     /// What was found so far has all of its timelines.
-    fn close(&mut self) {
-        for (failure, timeline) in self.history.close(&self.subject.class) {
+    pub(super) fn close(&mut self) {
+        for (failure, timeline) in self.history.close(&columns(&self.subject.class)) {
             self.report.failures[failure].timeline = timeline;
         }
     }
 }
 
 /// A fault as it is told.
-fn told(fault: &Fault) -> String {
+pub(super) fn told(fault: &Fault) -> String {
     format!("{} ({})", fault.kind.name(), fault.message)
-}
-
-/// Cells that go over by name and type. A field that is `given` a value loses nothing.
-fn carry(
-    from: &[latchwork_block::Port],
-    to: &[latchwork_block::Port],
-    lossy: bool,
-    old: &[u64],
-    new: &mut [u64],
-    what: &str,
-    given: &[(usize, u64)],
-) -> Result<(), Trouble> {
-    let transfer = Transfer::new(from, to, lossy);
-    let given = |name: &str| given.iter().any(|(at, _)| to[*at].path == name);
-    let refused: Vec<_> = transfer.refused().filter(|f| !given(&f.name)).map(|f| format!("`{}`", f.name)).collect();
-    if !refused.is_empty() {
-        let fields = refused.join(", ");
-        return Err(Trouble::Refused(format!(
-            "{what} {fields} would lose something in its new type; allow-lossy clamps it"
-        )));
-    }
-    transfer.apply(old, new);
-    Ok(())
-}
-
-/// Inputs go over where name and type are the same; a signal that was none before is good, any other begins with 0.
-fn inputs_of(from: &Class, to: &Class, cells: &[u64]) -> Vec<u64> {
-    let mut arguments = vec![0; to.argument_cells()];
-    let mut at = 0;
-    for port in &to.inputs {
-        let mut old = 0;
-        for other in &from.inputs {
-            if other.path == port.path && other.ty == port.ty {
-                arguments[at] = cells[old];
-                if port.signal && other.signal {
-                    arguments[at + 1] = cells[old + 1];
-                }
-            }
-            old += 1 + usize::from(other.signal);
-        }
-        at += 1 + usize::from(port.signal);
-    }
-    arguments
-}
-
-fn compare(expected: &Expected, cells: &[u64], mismatches: &mut Vec<Mismatch>) {
-    let Expected { name, ty, cell, value, within, quality } = expected;
-    if let Some(value) = value
-        && !equal(ty, *value, cells[*cell], *within)
-    {
-        let mut wanted = ty.format(*value);
-        if *within > 0.0 {
-            let within = if *ty == Type::Duration { format_duration(*within as u64) } else { within.to_string() };
-            wanted = format!("{wanted} ± {within}");
-        }
-        mismatches.push(Mismatch { what: name.clone(), expected: wanted, got: ty.format(cells[*cell]) });
-    }
-    if let Some(quality) = quality {
-        let got = Quality::from_cell(cells[cell + 1]);
-        if got != *quality {
-            let (expected, got) = (quality.name().into(), got.name().into());
-            mismatches.push(Mismatch { what: format!("{name}.quality"), expected, got });
-        }
-    }
-}
-
-/// Zeros are equal whatever their sign, and so is all that is no number.
-fn equal(ty: &Type, expected: u64, got: u64, within: f64) -> bool {
-    let real = |cell: u64| match ty {
-        Type::F32 => f64::from(f32::from_bits(cell as u32)),
-        _ => f64::from_bits(cell),
-    };
-    match ty {
-        Type::F32 | Type::F64 => {
-            let (expected, got) = (real(expected), real(got));
-            expected == got || (expected.is_nan() && got.is_nan()) || (expected - got).abs() <= within
-        }
-        Type::Bool | Type::Enum(_) | Type::Flags(_) => expected == got,
-        Type::S8 | Type::S16 | Type::S32 => {
-            let number = |cell: u64| i64::from((cell as u32).cast_signed());
-            number(expected).abs_diff(number(got)) as f64 <= within
-        }
-        Type::S64 => expected.cast_signed().abs_diff(got.cast_signed()) as f64 <= within,
-        _ => expected.abs_diff(got) as f64 <= within,
-    }
 }

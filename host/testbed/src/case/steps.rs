@@ -2,7 +2,9 @@
 
 use super::keys;
 use super::model::{Expect, Step, Subject, Takeover};
-use super::read::{Common, get, group, inputs, outputs, retained, settings, table};
+use super::ports::{inputs, outputs, retained, settings};
+use super::read::Common;
+use super::tables::{get, group, table};
 use latchwork_image::{format_duration, nearest};
 use latchwork_schema::check::found;
 use latchwork_schema::{Checker, Entry, Finding, Span, Value, Values};
@@ -32,7 +34,7 @@ impl Steps {
     pub(super) fn step(&mut self, checker: &mut Checker, common: &mut Common<'_>, item: &DeTable<'_>, span: &Span) {
         let values = table(checker, &keys::STEP, item, span, &["inputs", "settings", "expect"]);
         let number = self.list.len() + 1;
-        let mut step = Step { line: common.line(span), ..Step::default() };
+        let mut step = Step { line: common.place.line(span), ..Step::default() };
         step.label = match values.text("name") {
             Some(name) => format!("step {number}, {name}"),
             None => format!("step {number}"),

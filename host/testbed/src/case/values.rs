@@ -8,49 +8,62 @@ use latchwork_schema::check::{constant, entries, found};
 use latchwork_schema::{Checker, Constant, Finding, Span, Values};
 use toml::de::{DeTable, DeValue};
 
-/// One group of ports of a component, with the words for it.
+/// Most names that a message lists.
+const LISTED: usize = 16;
+
+/// One group of ports of a component, with the words for it; or tags of a plant.
 #[derive(Clone, Copy)]
-pub(super) struct Group<'a> {
+pub struct Group<'a> {
     /// Name of the component.
-    pub(super) component: &'a str,
-    /// `inputs`
-    pub(super) name: &'static str,
+    pub component: &'a str,
+    /// `inputs`; empty where the paths of the ports are their full names.
+    pub name: &'static str,
     /// `input`
-    pub(super) one: &'static str,
-    pub(super) ports: &'a [Port],
+    pub one: &'static str,
+    /// The ports.
+    pub ports: &'a [Port],
 }
 
 /// A port with what is said of it.
-pub(super) struct Said<'t> {
-    pub(super) port: usize,
-    pub(super) value: &'t DeValue<'t>,
-    pub(super) span: Span,
+pub struct Said<'t> {
+    /// Index of the port.
+    pub port: usize,
+    /// What is said.
+    pub value: &'t DeValue<'t>,
+    /// Where.
+    pub span: Span,
 }
 
 impl Group<'_> {
     /// The port of a path, or a finding.
-    pub(super) fn port(&self, checker: &mut Checker, path: &str, span: &Span) -> Option<usize> {
+    pub fn port(&self, checker: &mut Checker, path: &str, span: &Span) -> Option<usize> {
         let found = self.ports.iter().position(|p| p.path == path);
         if found.is_none() {
             let names = || self.ports.iter().map(|p| p.path.as_str());
             let below: Vec<_> = names().filter(|n| n.starts_with(&format!("{path}."))).collect();
             let finding = if below.is_empty() {
                 Finding::error(span, format!("`{}` has no {} `{path}`", self.component, self.one))
+            } else if self.name.is_empty() {
+                Finding::error(
+                    span,
+                    format!("`{path}` of `{}` is no {}: it is the beginning of some", self.component, self.one),
+                )
             } else {
                 Finding::error(span, format!("{} `{path}` of `{}` is a record", self.one, self.component))
             };
             checker.add(match nearest(path, names()) {
-                _ if !below.is_empty() => finding.help(format!("its fields are {}", below.join(", "))),
+                _ if !below.is_empty() && self.name.is_empty() => finding.help(format!("as in {}", listed(&below))),
+                _ if !below.is_empty() => finding.help(format!("its fields are {}", listed(&below))),
                 Some(near) => finding.help(format!("did you mean `{near}`?")),
                 None if self.ports.is_empty() => finding.help(format!("its class has no {}", self.name)),
-                None => finding.help(format!("it has {}", names().collect::<Vec<_>>().join(", "))),
+                None => finding.help(format!("it has {}", listed(&names().collect::<Vec<_>>()))),
             });
         }
         found
     }
 
     /// What a table says of ports, in the order of the file; fields of records by dots or as tables.
-    pub(super) fn said<'t>(&self, checker: &mut Checker, table: &'t DeTable<'t>) -> Vec<Said<'t>> {
+    pub fn said<'t>(&self, checker: &mut Checker, table: &'t DeTable<'t>) -> Vec<Said<'t>> {
         let mut list = Vec::new();
         self.collect(checker, table, "", &mut list);
         list
@@ -78,23 +91,25 @@ impl Group<'_> {
     }
 
     /// Index of the cell of a port, when each signal has its quality behind its value.
-    pub(super) fn cell(&self, port: usize) -> usize {
+    pub fn cell(&self, port: usize) -> usize {
         self.ports[..port].iter().map(|p| 1 + usize::from(p.signal)).sum()
     }
 
-    pub(super) fn full(&self, port: usize) -> String {
-        format!("{}.{}", self.name, self.ports[port].path)
+    /// Full name of a port, as messages and reports have it.
+    pub fn full(&self, port: usize) -> String {
+        let path = &self.ports[port].path;
+        if self.name.is_empty() { path.clone() } else { format!("{}.{path}", self.name) }
     }
 
     /// A constant for a port without quality: of settings or state.
-    pub(super) fn constant(&self, checker: &mut Checker, said: &Said<'_>) -> Option<u64> {
+    pub fn constant(&self, checker: &mut Checker, said: &Said<'_>) -> Option<u64> {
         let name = self.full(said.port);
         let constant = plain(checker, &name, said.value, &said.span, "a value")?;
         checker.cell(&self.ports[said.port].ty, &constant, &name, &said.span)
     }
 
     /// An input: a value, or `{ value, quality }` of a signal.
-    pub(super) fn input(&self, checker: &mut Checker, said: &Said<'_>) -> Vec<SetCell> {
+    pub fn input(&self, checker: &mut Checker, said: &Said<'_>) -> Vec<SetCell> {
         let (port, name, at) = (&self.ports[said.port], self.full(said.port), self.cell(said.port));
         let DeValue::Table(table) = said.value else {
             let or = if port.signal { "a value or { value, quality }" } else { "a value" };
@@ -117,7 +132,7 @@ impl Group<'_> {
     }
 
     /// An expectation: a value, or `{ value, within, quality }`. `tolerance` is that of reals.
-    pub(super) fn expected(&self, checker: &mut Checker, said: &Said<'_>, tolerance: f64) -> Option<Expected> {
+    pub fn expected(&self, checker: &mut Checker, said: &Said<'_>, tolerance: f64) -> Option<Expected> {
         let (port, name) = (&self.ports[said.port], self.full(said.port));
         let mut expected = self.nothing(said.port, tolerance);
         let DeValue::Table(table) = said.value else {
@@ -146,7 +161,7 @@ impl Group<'_> {
     }
 
     /// An expectation of a port that has yet to be filled in.
-    pub(super) fn nothing(&self, port: usize, tolerance: f64) -> Expected {
+    pub fn nothing(&self, port: usize, tolerance: f64) -> Expected {
         let ty = &self.ports[port].ty;
         Expected {
             name: self.full(port),
@@ -159,7 +174,11 @@ impl Group<'_> {
     }
 
     fn within(&self, checker: &mut Checker, port: &Port, within: &Constant, span: &Span) -> Option<f64> {
-        let name = format!("within of {}.{}", self.name, port.path);
+        let name = if self.name.is_empty() {
+            format!("within of {}", port.path)
+        } else {
+            format!("within of {}.{}", self.name, port.path)
+        };
         match &port.ty {
             Type::Duration => checker.cell(&port.ty, within, &name, span).map(|ns| ns as f64),
             Type::Bool | Type::Enum(_) | Type::Flags(_) => {
@@ -173,7 +192,7 @@ impl Group<'_> {
 }
 
 /// A tolerance: a number that is finite and not negative.
-pub(super) fn tolerance(checker: &mut Checker, name: &str, given: &Constant, span: &Span) -> Option<f64> {
+pub fn tolerance(checker: &mut Checker, name: &str, given: &Constant, span: &Span) -> Option<f64> {
     let number = match given {
         Constant::Integer(i) => *i as f64,
         Constant::Real(r) => *r,
@@ -199,7 +218,7 @@ pub(super) fn good(cell: usize, value: u64, signal: bool) -> Vec<SetCell> {
 }
 
 /// A quality by its word.
-pub(super) fn quality_of(word: &str) -> Option<Quality> {
+pub fn quality_of(word: &str) -> Option<Quality> {
     [Quality::Good, Quality::Uncertain, Quality::Bad].into_iter().find(|q| q.name() == word)
 }
 
@@ -210,6 +229,15 @@ fn quality(values: &Values) -> Option<Quality> {
 fn no_signal(checker: &mut Checker, name: &str, port: &Port, span: &Span) {
     let message = format!("`{name}` is a plain {}, without quality", port.ty.kind());
     checker.add(Finding::error(span, message).help(format!("write `{} = …` with the value alone", port.path)));
+}
+
+/// Names in a sentence: the first of them, and how many there are besides.
+pub fn listed(names: &[&str]) -> String {
+    let mut list = names[..names.len().min(LISTED)].join(", ");
+    if names.len() > LISTED {
+        list += &format!(" and {} more", names.len() - LISTED);
+    }
+    list
 }
 
 fn plain(checker: &mut Checker, name: &str, value: &DeValue<'_>, span: &Span, expected: &str) -> Option<Constant> {

@@ -30,7 +30,7 @@ pub(super) fn document(round: &Round) -> Result<Vec<u8>> {
 fn suite(xml: &mut Xml, tested: &Tested) -> io::Result<()> {
     let path = tested.checked.path.display().to_string();
     let failed = tested.cases.iter().filter(|c| !c.report.passed).count();
-    let wrong = usize::from(tested.checked.file.is_none());
+    let wrong = usize::from(tested.checked.tests.is_none());
     xml.create_element("testsuite")
         .with_attribute(("name", printable(&path).as_ref()))
         .with_attribute(("tests", (tested.cases.len() + wrong).to_string().as_str()))

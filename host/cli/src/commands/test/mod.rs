@@ -10,7 +10,8 @@ use crate::args::test::Test;
 use crate::report;
 use anyhow::{Context, Result};
 use latchwork_block::{Engine, Ticker};
-use latchwork_testbed::case::{CaseReport, Checked, Options, check_file};
+use latchwork_plantbed::{Checked, Tests, check_file};
+use latchwork_testbed::case::{CaseReport, Options};
 use serde_json::json;
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
@@ -54,11 +55,11 @@ fn round(engine: &Engine, args: &Test, paths: &[PathBuf], aloud: bool) -> Round 
     for path in paths {
         let checked = check_file(path, engine, &options);
         let mut cases = Vec::new();
-        if let Some(file) = &checked.file {
+        if let Some(tests) = &checked.tests {
             let chosen = |name: &str| args.filter.as_ref().is_none_or(|f| name.contains(f.as_str()));
-            for case in file.cases.iter().filter(|c| chosen(&c.name)) {
+            for (case, _) in tests.cases().into_iter().enumerate().filter(|(_, name)| chosen(name)) {
                 let begun = Instant::now();
-                let report = file.run(case, TICK.as_nanos() as u64);
+                let report = tests.run(case, TICK.as_nanos() as u64);
                 cases.push(Timed { report, took: begun.elapsed() });
             }
         }
@@ -107,17 +108,22 @@ impl Round {
 
     /// Files that could not be tested.
     fn wrong(&self) -> usize {
-        self.files.iter().filter(|f| f.checked.file.is_none()).count()
+        self.files.iter().filter(|f| f.checked.tests.is_none()).count()
     }
 
     fn json(&self) -> serde_json::Value {
         let file = |f: &Tested| {
-            let subject = f.checked.file.as_ref().map(|file| &file.subject);
+            let (subject, plant) = match &f.checked.tests {
+                Some(Tests::Component(file)) => (Some(&file.subject), None),
+                Some(Tests::Plant(file)) => (None, Some(file.model.name.as_str())),
+                None => (None, None),
+            };
             json!({
                 "file": f.checked.path.display().to_string(),
                 "component": subject.map(|s| s.component.name()),
                 "class": subject.map(|s| s.class.name.as_str()),
                 "hash": subject.map(|s| s.component.hash()),
+                "plant": plant,
                 "findings": f.checked.json(),
                 "cases": f.cases.iter().map(|c| &c.report).collect::<Vec<_>>(),
             })

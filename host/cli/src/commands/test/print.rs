@@ -7,14 +7,14 @@ use std::time::Duration;
 /// A file: its cases, and what is wrong.
 pub(super) fn file(tested: &Tested) {
     let checked = &tested.checked;
-    let Some(file) = &checked.file else {
+    let Some(tests) = &checked.tests else {
         report::say(&format!("{}\n\n", checked.render(report::colours()).trim_end()));
         return;
     };
     if tested.cases.is_empty() {
         return;
     }
-    let mut out = format!("{}  {}\n", checked.path.display(), file.subject.component.name());
+    let mut out = format!("{}  {}\n", checked.path.display(), tests.name());
     for case in tested.cases.iter().map(|c| &c.report) {
         let steps = format!("{} step{}", case.steps, if case.steps == 1 { "" } else { "s" });
         if case.passed {

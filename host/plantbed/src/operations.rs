@@ -1,0 +1,157 @@
+//! What a step wants of the plant, as an operator would want it.
+
+use crate::keys::SHELF;
+use crate::tags::Tags;
+use latchwork_plant::operate::Operation;
+use latchwork_schema::check::entries;
+use latchwork_schema::{Checker, Entry, Kind, Span, Value, Values};
+use latchwork_testbed::case::kit::{Said, get, group};
+use toml::de::{DeTable, DeValue};
+
+/// `inputs`: points with their cells.
+pub(crate) fn inputs(checker: &mut Checker, tags: &Tags, table: &DeTable<'_>) -> Vec<(String, u64)> {
+    let Some(given) = group(checker, table, "inputs") else { return Vec::new() };
+    let mut list = Vec::new();
+    for said in tags.group().said(checker, given) {
+        list.extend(input(checker, tags, &said));
+    }
+    list
+}
+
+/// One input point.
+pub(crate) fn input(checker: &mut Checker, tags: &Tags, said: &Said<'_>) -> Option<(String, u64)> {
+    let tag = &tags.all[said.port].path;
+    let cell = tags.driven(checker, tag, &said.span).then(|| tags.group().constant(checker, said))??;
+    Some((tag.clone(), cell))
+}
+
+/// `settings`: written together, as text.
+pub(crate) fn settings(checker: &mut Checker, tags: &Tags, table: &DeTable<'_>) -> Option<Operation> {
+    let values = texts(checker, tags, table, "settings", Tags::set);
+    (!values.is_empty()).then_some(Operation::Set { values, write: true })
+}
+
+/// Tags of a table with their values as text, those for which `may` finds nothing wrong.
+pub(crate) fn texts(
+    checker: &mut Checker,
+    tags: &Tags,
+    table: &DeTable<'_>,
+    name: &str,
+    may: fn(&Tags, &mut Checker, &str, &Span) -> bool,
+) -> Vec<(String, String)> {
+    let Some(given) = group(checker, table, name) else { return Vec::new() };
+    let mut list = Vec::new();
+    for said in tags.group().said(checker, given) {
+        let port = &tags.all[said.port];
+        if may(tags, checker, &port.path, &said.span)
+            && let Some(cell) = tags.group().constant(checker, &said)
+        {
+            list.push((port.path.clone(), port.ty.format(cell)));
+        }
+    }
+    list
+}
+
+/// `force` and `unforce`.
+pub(crate) fn forces(checker: &mut Checker, tags: &Tags, table: &DeTable<'_>, values: &Values) -> Vec<Operation> {
+    let forced = texts(checker, tags, table, "force", |_, _, _, _| true);
+    let force = forced.into_iter().map(|(tag, value)| Operation::Force { tag, value });
+    let mut list: Vec<_> = force.collect();
+    for (tag, span) in names(values.get("unforce")) {
+        if tag.contains(['*', '?', '[', '{']) || tags.group().port(checker, tag, span).is_some() {
+            list.push(Operation::Unforce { tag: tag.into() });
+        }
+    }
+    list
+}
+
+/// `commands`: a list, or a table with on and off.
+pub(crate) fn commands(checker: &mut Checker, tags: &Tags, table: &DeTable<'_>) -> Vec<Operation> {
+    let given = match listed(checker, table, "commands", &Kind::Bool) {
+        Listed::Names(names) => names.into_iter().map(|(tag, span)| (tag, span, true)).collect(),
+        Listed::Map(map) => {
+            let on = |(tag, key, value, _)| if let Value::Bool(on) = value { Some((tag, key, on)) } else { None };
+            map.into_iter().filter_map(on).collect::<Vec<_>>()
+        }
+    };
+    let known = given.into_iter().filter(|(tag, span, _)| tags.command(checker, tag, span));
+    known.map(|(tag, _, on)| Operation::Command { tag, on: Some(on) }).collect()
+}
+
+/// `ack`, `reset`, `shelve`, `unshelve`.
+pub(crate) fn alarms(checker: &mut Checker, tags: &Tags, table: &DeTable<'_>, values: &Values) -> Vec<Operation> {
+    let mut list = Vec::new();
+    let wishes: [(&str, fn(String) -> Operation); 3] = [
+        ("ack", |alarm| Operation::Acknowledge { alarm, seen: None }),
+        ("reset", |alarm| Operation::Reset { alarm }),
+        ("unshelve", |alarm| Operation::Unshelve { alarm }),
+    ];
+    for (key, wish) in wishes {
+        for (name, span) in names(values.get(key)) {
+            if tags.alarms(checker, name, span) {
+                list.push(wish(name.into()));
+            }
+        }
+    }
+    for (alarm, key, value, _) in map(checker, table, "shelve", &SHELF) {
+        if let Value::Duration(duration) = value
+            && tags.alarms(checker, &alarm, &key)
+        {
+            list.push(Operation::Shelve { alarm, duration });
+        }
+    }
+    list
+}
+
+/// One entry of a table of names: name, where it stands, value, where that stands.
+pub(crate) type Named = (String, Span, Value, Span);
+
+/// What is either a list of names or a table of them.
+pub(crate) enum Listed {
+    /// A list.
+    Names(Vec<(String, Span)>),
+    /// A table.
+    Map(Vec<Named>),
+}
+
+/// A list of names, or a table whose values are of a kind.
+pub(crate) fn listed(checker: &mut Checker, table: &DeTable<'_>, key: &str, of: &'static Kind) -> Listed {
+    match get(table, key) {
+        Some(Entry { value: value @ DeValue::Array(_), span, .. }) => {
+            let list = checker.value(&Kind::List(&Kind::Text), key, value, &span);
+            Listed::Names(names(list.as_ref()).map(|(name, span)| (name.to_owned(), span.clone())).collect())
+        }
+        Some(Entry { value: DeValue::Table(_), .. }) => Listed::Map(map(checker, table, key, of)),
+        Some(Entry { value, span, .. }) => {
+            checker.value(&Kind::List(&Kind::Text), key, value, &span);
+            Listed::Names(Vec::new())
+        }
+        None => Listed::Names(Vec::new()),
+    }
+}
+
+/// A table by names, whose dots may be those of TOML: `{ unit.alarms.high = … }`.
+pub(crate) fn map(checker: &mut Checker, table: &DeTable<'_>, key: &str, of: &'static Kind) -> Vec<Named> {
+    let mut list = Vec::new();
+    if let Some(given) = group(checker, table, key) {
+        leaves(checker, given, "", of, &mut list);
+    }
+    list
+}
+
+fn leaves(checker: &mut Checker, table: &DeTable<'_>, prefix: &str, of: &Kind, list: &mut Vec<Named>) {
+    for entry in entries(table) {
+        let name = format!("{prefix}{}", entry.name);
+        if let DeValue::Table(below) = entry.value {
+            leaves(checker, below, &format!("{name}."), of, list);
+        } else if let Some(value) = checker.value(of, &name, entry.value, &entry.span) {
+            list.push((name, entry.key_span, value, entry.span));
+        }
+    }
+}
+
+/// The texts of a list.
+pub(crate) fn names(list: Option<&Value>) -> impl Iterator<Item = (&str, &Span)> {
+    let list = if let Some(Value::List(list)) = list { list.as_slice() } else { &[] };
+    list.iter().filter_map(|(v, span)| if let Value::Text(t) = v { Some((t.as_str(), span)) } else { None })
+}

@@ -1,0 +1,141 @@
+//! From the text of a test file to the cases of a plant, with everything that is wrong with it.
+
+use crate::keys;
+use crate::model::{Case, Changes, PlantTest};
+use crate::operations::{inputs, settings};
+use crate::steps::Steps;
+use crate::subject::{Subject, load};
+use crate::tags::Tags;
+use latchwork_block::Engine;
+use latchwork_schema::{Checker, Finding, Span, Value, Values};
+use latchwork_testbed::case::Options;
+use latchwork_testbed::case::kit::{Finder, Place, get, rows, table, tables, tolerance};
+use std::path::{Path, PathBuf};
+use toml::de::DeTable;
+
+/// What all cases of a file share.
+pub(crate) struct Common<'a> {
+    pub(crate) place: Place<'a>,
+    pub(crate) finder: Finder<'a>,
+    pub(crate) subject: Option<Subject>,
+    /// Period of the first cyclic lane, ns.
+    pub(crate) every: u64,
+    /// Scans of all lanes in a second.
+    pub(crate) scans: u64,
+}
+
+pub(crate) fn read<'a>(
+    checker: &mut Checker,
+    root: &'a DeTable<'a>,
+    text: &'a str,
+    path: &Path,
+    engine: &'a Engine,
+    options: &Options,
+) -> (Option<PlantTest>, Vec<PathBuf>) {
+    let start = 0..text.find('\n').unwrap_or(text.len());
+    let values = table(checker, &keys::FILE, root, &start, &["case", "inputs", "settings", "component"]);
+    if let Some(entry) = get(root, "component") {
+        let finding = Finding::error(&entry.key_span, "a test file has either a `component` or a `plant`");
+        checker.add(finding.help("what else the component should do belongs into a file of its own"));
+    }
+    let folders = match values.get("components") {
+        Some(Value::List(list)) => Some(list.iter().filter_map(|(v, _)| text_of(v)).collect()),
+        _ => None,
+    };
+    let mut files = Vec::new();
+    let mut common = Common {
+        place: Place::new(path, text),
+        finder: Finder::new(engine, path, folders, &options.folders),
+        subject: None,
+        every: 0,
+        scans: 0,
+    };
+    if let Some(name) = values.text("plant") {
+        let plant = common.place.base.join(name);
+        let sim = values.bool("sim").unwrap_or(true);
+        common.subject = load(checker, &plant, sim, engine, &values.span_of("plant"), &mut files);
+    }
+    if let Some(subject) = &common.subject {
+        let cyclic = subject.model.lanes.iter().find(|l| l.interrupt.is_none());
+        common.every = cyclic.map_or(0, |l| l.every);
+        common.scans = subject.model.lanes.iter().filter_map(|l| 1_000_000_000u64.checked_div(l.every)).sum();
+    }
+    let tags = common.subject.as_ref().map(|s| &s.tags);
+    let shared = Start::read(checker, tags, root, &values, &Start::default());
+    let mut cases: Vec<Case> = Vec::new();
+    match get(root, "case") {
+        Some(entry) => {
+            for (item, span) in tables(checker, &entry, "[[case]]") {
+                let Some(case) = case(checker, &mut common, &shared, item, &span) else { continue };
+                if cases.iter().any(|o| o.name == case.name) {
+                    let finding = Finding::error(&span, format!("there is another case \"{}\"", case.name));
+                    checker.add(finding.help("a case is known by its name: give it one of its own"));
+                }
+                cases.push(case);
+            }
+        }
+        None => checker.add(
+            Finding::error(&start, "the file has no [[case]]")
+                .help("add one: [[case]], name = \"…\", and [[case.step]]"),
+        ),
+    }
+    files.extend(common.finder.tried);
+    files.extend(common.place.files);
+    let file = common.subject.map(|s| PlantTest { path: path.into(), model: s.model, cases, engine: engine.clone() });
+    (file, files)
+}
+
+fn text_of(value: &Value) -> Option<String> {
+    if let Value::Text(text) = value { Some(text.clone()) } else { None }
+}
+
+/// What a case begins with; each level adds to the one above.
+#[derive(Clone, Default)]
+struct Start {
+    tolerance: f64,
+    changes: Changes,
+}
+
+impl Start {
+    fn read(checker: &mut Checker, tags: Option<&Tags>, table: &DeTable<'_>, values: &Values, above: &Self) -> Self {
+        let mut start = above.clone();
+        if let Some(given) = values.constant("tolerance") {
+            let read = tolerance(checker, "tolerance", given, &values.span_of("tolerance"));
+            start.tolerance = read.unwrap_or(start.tolerance);
+        }
+        if let Some(tags) = tags {
+            start.changes.inputs.extend(inputs(checker, tags, table));
+            start.changes.wishes.extend(settings(checker, tags, table));
+        }
+        start
+    }
+}
+
+fn case(
+    checker: &mut Checker,
+    common: &mut Common<'_>,
+    shared: &Start,
+    item: &DeTable<'_>,
+    span: &Span,
+) -> Option<Case> {
+    let values = table(checker, &keys::CASE, item, span, &["inputs", "settings", "step", "table"]);
+    let tags = common.subject.as_ref().map(|s| &s.tags);
+    let start = Start::read(checker, tags, item, &values, shared);
+    let mut steps = Steps::new(common, start.tolerance);
+    if let Some(entry) = get(item, "step") {
+        for (step, span) in tables(checker, &entry, "[[case.step]]") {
+            steps.step(checker, common, step, &span);
+        }
+    }
+    if let Some(entry) = get(item, "table") {
+        rows(checker, &mut common.place, &entry, &mut steps);
+    }
+    if steps.list.is_empty() && !item.contains_key("step") && !item.contains_key("table") {
+        checker.add(Finding::error(span, "the case tests nothing").help("add a [[case.step]] or a [[case.table]]"));
+    }
+    for (tag, _) in &start.changes.inputs {
+        steps.watch(tag);
+    }
+    let (name, line) = (values.text("name")?.to_owned(), common.place.line(span));
+    Some(Case { name, line, watched: steps.watched, start: start.changes, steps: steps.list })
+}

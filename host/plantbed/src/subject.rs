@@ -1,0 +1,91 @@
+//! The plant that a test file names.
+
+use crate::tags::Tags;
+use latchwork_block::Engine;
+use latchwork_plant::assemble::{Options, Plant, Time, assemble};
+use latchwork_plant::check::{CheckOptions, Checked, check_file};
+use latchwork_plant::model::Model;
+use latchwork_schema::{Checker, Finding, Severity, Span};
+use std::path::{Path, PathBuf};
+
+/// A plant, found right.
+pub(crate) struct Subject {
+    pub(crate) model: Model,
+    pub(crate) tags: Tags,
+}
+
+/// Checks a plant file and assembles its plant once; `files` gets all that it is made of.
+pub(crate) fn load(
+    checker: &mut Checker,
+    path: &Path,
+    sim: bool,
+    engine: &Engine,
+    span: &Span,
+    files: &mut Vec<PathBuf>,
+) -> Option<Subject> {
+    files.push(path.into());
+    let checked = check_file(path, engine, CheckOptions { sim });
+    let Some(model) = checked.model else {
+        checker.add(wrong(&checked, path, sim, span));
+        return None;
+    };
+    files.extend(components(&model, path));
+    if let Some(driver) = model.drivers.iter().find(|d| !d.simulated(sim)) {
+        let message = format!("driver `{}` of {} is {}", driver.config.name, path.display(), driver.kind.name);
+        checker.add(Finding::error(span, message).help("leave `sim = false` out: tests run without hardware"));
+        return None;
+    }
+    match start(&model, engine) {
+        Ok(plant) => Some(Subject { tags: Tags::of(&plant), model }),
+        Err(error) => {
+            checker.add(Finding::error(span, format!("the plant {} does not start: {error}", path.display())));
+            None
+        }
+    }
+}
+
+/// The plant of a model, for virtual time.
+pub(crate) fn start(model: &Model, engine: &Engine) -> Result<Plant, String> {
+    assemble(model.clone(), engine, &Options { time: Time::Virtual, trace: None }).map_err(|e| e.to_string())
+}
+
+/// A plant file that is wrong, in one sentence.
+fn wrong(checked: &Checked, path: &Path, sim: bool, span: &Span) -> Finding {
+    let errors = || checked.findings.iter().zip(checked.json().as_array().cloned().unwrap_or_default());
+    let errors: Vec<_> = errors().filter(|(f, _)| f.severity == Severity::Error).collect();
+    let shown = path.display();
+    let Some((first, at)) = errors.first() else { return Finding::error(span, format!("{shown} is wrong")) };
+    // Without a place it is the file as a whole.
+    let line = at.get("line").and_then(serde_json::Value::as_u64).filter(|_| first.span.is_some());
+    let line = line.map(|line| format!("line {line}: ")).unwrap_or_default();
+    let more = match errors.len() {
+        1 => String::new(),
+        n => format!("; and {} more", n - 1),
+    };
+    let finding = Finding::error(span, format!("the plant file {shown} is wrong: {line}{}{more}", first.message));
+    if !path.is_file() {
+        return finding.help("the path begins at the folder of the test file");
+    }
+    finding.help(format!("`latchwork check {shown}{}` shows all of it", if sim { " --sim" } else { "" }))
+}
+
+/// Files in which the plant's components may stand.
+fn components(model: &Model, path: &Path) -> Vec<PathBuf> {
+    let base = path.parent().unwrap_or(Path::new(""));
+    let text = std::fs::read_to_string(path).unwrap_or_default();
+    let root: toml::Table = toml::from_str(&text).unwrap_or_default();
+    let list = root.get("plant").and_then(|p| p.get("components")).and_then(|c| c.as_array());
+    let folders: Vec<_> =
+        list.into_iter().flatten().filter_map(toml::Value::as_str).map(|folder| base.join(folder)).collect();
+    let mut files = Vec::new();
+    for block in &model.blocks {
+        if block.named.ends_with(".wasm") {
+            files.push(base.join(&block.named));
+        } else {
+            files.extend(folders.iter().map(|f| f.join(format!("{}.wasm", block.named))));
+        }
+    }
+    files.sort();
+    files.dedup();
+    files
+}
