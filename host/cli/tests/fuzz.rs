@@ -79,8 +79,11 @@ fn what_is_found_is_told_and_written_as_a_test_that_fails() {
     let test = latchwork(folder.path(), &["test", "defects-fuzz-7.test.toml"]);
     assert_eq!(test.status.code(), Some(1));
     insta::assert_snapshot!("fuzz_found", format!("{found}\n=== defects-fuzz-7.test.toml\n{text}"));
-    // The same seed finds the same.
-    assert_eq!(shown(folder.path(), &[&defect[..], &PATIENT].concat()), found);
+    // The same seed finds the same, and nothing is overwritten.
+    let again = shown(folder.path(), &[&defect[..], &PATIENT].concat());
+    assert_eq!(again, found.replace("fuzz-7.test.toml", "fuzz-7-2.test.toml"));
+    let second = std::fs::read_to_string(folder.path().join("defects-fuzz-7-2.test.toml"));
+    assert_eq!(second.expect("another test file"), text);
 }
 
 #[test]
@@ -107,6 +110,54 @@ fn nothing_found_is_exit_code_0_for_people_and_scripts() {
     let ignored =
         ["fuzz", "defects.wasm", "--class", "test:defects/forgetful", "--ignore", "not-restored", "--runs", "100"];
     assert_eq!(latchwork(folder.path(), &[&ignored[..], &PATIENT].concat()).status.code(), Some(0));
+}
+
+#[test]
+fn what_would_be_overwritten_or_cannot_be_written_is_refused_before_the_search() {
+    let folder = folder();
+    std::fs::write(folder.path().join("mine.test.toml"), "mine").expect("a file");
+    let fuzz = |out| shown(folder.path(), &["fuzz", "ton.wasm", "--out", out]);
+    let test = ["test", "mine.test.toml", "--junit", "./mine.test.toml"];
+    let all = [fuzz("mine.test.toml"), fuzz("nowhere/x.test.toml"), shown(folder.path(), &test)];
+    assert_eq!(std::fs::read_to_string(folder.path().join("mine.test.toml")).expect("a file"), "mine");
+    insta::assert_snapshot!("fuzz_overwrites", all.join("\n"));
+}
+
+#[test]
+fn a_search_that_is_interrupted_tells_what_it_has_found() {
+    let folder = folder();
+    let mut command = Command::new(env!("CARGO_BIN_EXE_latchwork"));
+    command.current_dir(folder.path()).env("XDG_CACHE_HOME", target().join("test-cache")).env_remove("LATCHWORK_CACHE");
+    command.args([
+        "fuzz",
+        "defects.wasm",
+        "--class",
+        "test:defects/forgetful",
+        "--for",
+        "5min",
+        "--out",
+        "x.test.toml",
+    ]);
+    let child = command.args(PATIENT).stdout(std::process::Stdio::piped()).spawn().expect("it starts");
+    let pid = rustix::process::Pid::from_child(&child);
+    // Before its handler is there it would end at once: it is when the program has read its component.
+    let status = format!("/proc/{}/status", child.id());
+    let caught = || {
+        let status = std::fs::read_to_string(&status).unwrap_or_default();
+        let mask = status.lines().find_map(|l| l.strip_prefix("SigCgt:")).map(|m| u64::from_str_radix(m.trim(), 16));
+        mask.is_some_and(|m| m.is_ok_and(|m| m >> 1 & 1 == 1))
+    };
+    let begun = std::time::Instant::now();
+    while !caught() {
+        assert!(begun.elapsed().as_secs() < 60, "it never catches SIGINT");
+        std::thread::sleep(std::time::Duration::from_millis(10));
+    }
+    std::thread::sleep(std::time::Duration::from_millis(500));
+    rustix::process::kill_process(pid, rustix::process::Signal::INT).expect("it runs");
+    let output = child.wait_with_output().expect("it ends");
+    let text = String::from_utf8_lossy(&output.stdout).into_owned();
+    assert!(output.status.code().is_some(), "it ends by itself, not by the signal: {text}");
+    assert!(text.contains(" sequences, "), "{text}");
 }
 
 #[test]

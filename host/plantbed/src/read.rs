@@ -121,6 +121,7 @@ fn case(
     let values = table(checker, &keys::CASE, item, span, &["inputs", "settings", "step", "table"]);
     let tags = common.subject.as_ref().map(|s| &s.tags);
     let start = Start::read(checker, tags, item, &values, shared);
+    let before = checker.findings.len();
     let mut steps = Steps::new(common, start.tolerance);
     if let Some(entry) = get(item, "step") {
         for (step, span) in tables(checker, &entry, "[[case.step]]") {
@@ -130,7 +131,8 @@ fn case(
     if let Some(entry) = get(item, "table") {
         rows(checker, &mut common.place, &entry, &mut steps);
     }
-    if steps.list.is_empty() && !item.contains_key("step") && !item.contains_key("table") {
+    // Steps that were told and are wrong have their findings.
+    if steps.list.is_empty() && checker.findings.len() == before {
         checker.add(Finding::error(span, "the case tests nothing").help("add a [[case.step]] or a [[case.table]]"));
     }
     for (tag, _) in &start.changes.inputs {

@@ -22,6 +22,10 @@ pub fn cell(ty: &Type, constant: &Constant) -> Result<u64, ParseValueError> {
         }
         (_, Constant::Real(r)) => ty.cell_from_real(*r).ok_or_else(|| ty.refuse(r.to_string())),
         (_, Constant::Text(text)) if has_words(ty) => ty.parse(text),
+        // TOML's numbers end at 2^63 - 1.
+        (Type::U64, Constant::Text(text)) if text.parse::<u64>().is_ok_and(|n| i64::try_from(n).is_err()) => {
+            ty.parse(text)
+        }
         (_, Constant::Text(text)) => Err(ty.refuse(format!("\"{text}\""))),
     }
 }
@@ -54,5 +58,19 @@ impl Checker {
                 None
             }
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_that_toml_has_not_are_strings() {
+        let u64 = |text: &str| cell(&Type::U64, &Constant::Text(text.into())).ok();
+        assert_eq!(u64("18446744073709551615"), Some(u64::MAX));
+        assert_eq!(u64("9223372036854775808"), Some(1 << 63));
+        // What has a number is one.
+        assert_eq!((u64("9223372036854775807"), u64("12"), u64("18446744073709551616")), (None, None, None));
     }
 }

@@ -204,11 +204,18 @@ impl Bench {
     /// Executes the block once in each period until so much time has passed.
     ///
     /// # Panics
-    /// When it faults, or `time` is no duration such as `"2s"`.
+    /// When it faults, or `time` is no duration such as `"2s"`, or no multiple of the period.
     #[track_caller]
     pub fn run(&mut self, time: &str) -> &mut Self {
         let time = parse_duration(time).unwrap_or_else(|e| panic!("{e}"));
-        for _ in 0..time / self.setup.every.max(1) {
+        let every = self.setup.every;
+        assert!(
+            every > 0 && time.is_multiple_of(every),
+            "{} is no multiple of the period {}",
+            latchwork_image::format_duration(time),
+            latchwork_image::format_duration(every)
+        );
+        for _ in 0..time / every {
             self.step();
         }
         self

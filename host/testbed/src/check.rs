@@ -1,11 +1,12 @@
 //! Whether a plant would take a block, and what it would get: what a person wants to know before a component goes near a plant.
 
 use crate::case::Subject;
-use crate::fuzz::{Kind, Options, Report, fuzz};
+use crate::fuzz::{Kind, Options, Report, TOO_FEW, fuzz};
 use latchwork_block::{CallPath, Class, FaultKind};
 use latchwork_image::format_duration;
 use latchwork_schema::format_size;
 use serde::Serialize;
+use std::ops::ControlFlow;
 
 /// How a line of the check went.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
@@ -44,7 +45,7 @@ pub struct BlockCheck {
 
 /// Looks at a class of a component and fuzzes it. `clock` and the engine's ticks are as for [`fuzz`].
 pub fn check(subject: &Subject, options: &Options, clock: &dyn Fn() -> u64) -> BlockCheck {
-    let report = fuzz(subject, options, clock, &mut |_| {});
+    let report = fuzz(subject, options, clock, &mut |_| ControlFlow::Continue(()));
     let class = &*subject.class;
     let mut lines = vec![
         line("class", Status::Fine, class.name.clone()),
@@ -144,6 +145,9 @@ fn memory(report: &Report, options: &Options) -> Line {
     let figures = format!("{} of {}", format_size(report.memory), format_size(options.memory));
     match messages(report, |k| matches!(k, Kind::Growth | Kind::Fault(FaultKind::Memory))) {
         Some(grows) => line("memory", Status::Bad, format!("{grows}; {figures}")),
+        None if report.notes.iter().any(|n| n == TOO_FEW) => {
+            line("memory", Status::Note, format!("{figures}; {TOO_FEW}, --runs 1000 are enough"))
+        }
         None => line("memory", Status::Fine, figures),
     }
 }

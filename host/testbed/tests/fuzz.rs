@@ -41,7 +41,7 @@ fn clock() -> impl Fn() -> u64 {
 }
 
 fn search(subject: &Subject, options: &Options) -> Report {
-    fuzz(subject, options, &clock(), &mut |_| {})
+    fuzz(subject, options, &clock(), &mut |_| std::ops::ControlFlow::Continue(()))
 }
 
 /// Fuzzes one of the defects.

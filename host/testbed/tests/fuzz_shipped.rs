@@ -66,7 +66,9 @@ fn no_shipped_block_has_anything_that_fuzzing_finds() {
             let template = component.template(&class).expect("it compiles");
             let subject = Subject { component: component.clone(), class, template };
             let options = Options { ignored: meant(component.name()), ..options.clone() };
-            let report = fuzz(&subject, &options, &|| begun.elapsed().as_nanos() as u64, &mut |_| {});
+            let report = fuzz(&subject, &options, &|| begun.elapsed().as_nanos() as u64, &mut |_| {
+                std::ops::ControlFlow::Continue(())
+            });
             let (name, notes) = (component.name(), report.notes.join("; "));
             println!("{name}: {} executions, {} restarts; {notes}", report.executions, report.restarts);
             assert!(report.executions > options.sequences.unwrap_or(0), "{name} was hardly executed");

@@ -18,6 +18,8 @@ fn messages(texts: &[String]) -> String {
         ("odd.csv", "at,inputs.in,outputs.q,alarms\n0ms,treu,true,none\n10,true,maybe,\n"),
         ("ragged.csv", "at,inputs.in\n0ms,true\n10ms\n"),
         ("head.csv", "at,inputs.in\n"),
+        ("comment.csv", "# 1\nname,inputs.in,outputs.q\n#2,true,false\n"),
+        ("semicolons.csv", "at;inputs.in\n0ms;true\n"),
         ("core.wasm", "\0asm\x01\0\0\0"),
     ] {
         std::fs::write(folder.path().join(name), text).expect("a file");
@@ -204,6 +206,26 @@ fn of_tables() {
     let lines: Vec<_> = tables.iter().map(|t| format!("[[case]]\nname = \"c\"\n{t}")).collect();
     let texts = of("ton", &lines.iter().map(String::as_str).collect::<Vec<_>>());
     insta::assert_snapshot!("tables", messages(&texts));
+}
+
+/// A test that tests nothing, or not all that stands in it, passes unseen.
+#[test]
+fn of_what_would_not_be_tested() {
+    let case = "[[case]]\nname = \"c\"\n";
+    let texts: Vec<_> = [
+        "step = []",
+        "table = []",
+        "[[case.table]]\ncolumns = [\"inputs.in\"]\nrows = []",
+        "[[case.table]]\ncolumns = [\"commands\"]\nrows = [[[\"reset\", 5]]]",
+        "table = \"comment.csv\"",
+        "table = \"semicolons.csv\"",
+        "table = \".\"",
+    ]
+    .into_iter()
+    .map(|lines| format!("{case}{lines}"))
+    .collect();
+    let texts = of("ton", &texts.iter().map(String::as_str).collect::<Vec<_>>());
+    insta::assert_snapshot!(messages(&texts));
 }
 
 #[test]

@@ -53,11 +53,25 @@ pub(super) fn execute(engine: &Engine, args: &CheckBlock) -> Result<Exit> {
         if !ok {
             let bad = checks.iter().find(|c| !c.ok).map(|c| c.fuzz.class.as_str()).filter(|_| checks.len() > 1);
             let class = args.block.class.as_deref().or(bad).map_or(String::new(), |c| format!(" --class {c}"));
-            let again = format!("latchwork fuzz {name}{class} --runs {} --seed {seed}", args.runs);
+            let limits = limits(&options);
+            let again = format!("latchwork fuzz {name}{class} --runs {} --seed {seed}{limits}", args.runs);
             report::say(&format!("`{again}` shows how it comes to that\n"));
         }
     }
     Ok(if ok { Exit::Fine } else { Exit::Wanting })
+}
+
+/// Limits that are not those that `latchwork fuzz` has by itself.
+fn limits(options: &Options) -> String {
+    let own = Options::default();
+    let mut said = String::new();
+    if options.budget != own.budget {
+        said += &format!(" --budget {}", latchwork_image::format_duration(options.budget));
+    }
+    if options.memory != own.memory {
+        said += &format!(" --memory {}", latchwork_schema::format_size(options.memory));
+    }
+    said
 }
 
 fn verdict(ok: bool) -> &'static str {

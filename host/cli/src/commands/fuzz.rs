@@ -6,9 +6,13 @@ use crate::report;
 use anyhow::{Context, Result};
 use latchwork_block::{Engine, LoadError, Ticker};
 use latchwork_testbed::case::Subject;
-use latchwork_testbed::fuzz::{Options, Progress, Report, fuzz};
+use latchwork_testbed::fuzz::{Kind, Options, Progress, Report, fuzz};
+use signal_hook::consts::SIGINT;
 use std::io::{IsTerminal, Write};
+use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
 /// Period of the engine's ticks: what never ends is stopped by them.
@@ -21,22 +25,33 @@ pub(super) fn execute(engine: &Engine, args: &Fuzz) -> Result<Exit> {
         Ok(subject) => subject,
         Err(exit) => return Ok(exit),
     };
+    let seeded = options(&args.block);
+    let path = match place(args, &subject, seeded.seed) {
+        Ok(path) => path,
+        Err(why) => {
+            report::error(&why);
+            return Ok(Exit::Usage);
+        }
+    };
     let time = args.time.or(if args.runs.is_none() { Some(TIME) } else { None });
-    let options = Options { time, sequences: args.runs, ignored: args.ignore.clone(), ..options(&args.block) };
+    let options = Options { time, sequences: args.runs, ignored: args.ignore.clone(), ..seeded };
     let begun = Instant::now();
     let aloud = !args.block.json && std::io::stderr().is_terminal();
     let found = search(engine, &subject, &options, begun, aloud);
-    let file = write(args, &subject, &found)?;
+    // What was found is told even where it cannot be written.
+    let written = write(&path, args, &found);
+    let file = written.as_ref().ok().and_then(Option::as_ref);
     if args.block.json {
         let mut json = serde_json::to_value(&found)?;
         json["component"] = subject.component.name().into();
         json["hash"] = subject.component.hash().into();
         json["ok"] = found.findings.is_empty().into();
-        json["file"] = file.as_ref().map(|f| f.display().to_string()).into();
+        json["file"] = file.map(|f| f.display().to_string()).into();
         report::say(&format!("{}\n", serde_json::to_string_pretty(&json)?));
     } else {
-        print(&subject, &found, begun.elapsed(), file.as_deref());
+        print(&subject, &found, begun.elapsed(), file.map(PathBuf::as_path));
     }
+    written?;
     Ok(if found.findings.is_empty() { Exit::Fine } else { Exit::Wanting })
 }
 
@@ -74,9 +89,14 @@ fn some_seed() -> u64 {
     since.map_or(0, |t| t.as_micros() as u64 % 1_000_000_000)
 }
 
-/// Searches while the engine is ticked; on a terminal one line tells how far it is.
+/// Searches while the engine is ticked; on a terminal one line tells how far it is. Ctrl-C ends the search, and what was found
+/// until then is told; a second one ends the program.
 fn search(engine: &Engine, subject: &Subject, options: &Options, begun: Instant, aloud: bool) -> Report {
     const OFTEN: u64 = 200_000_000;
+    let pressed = Arc::new(AtomicBool::new(false));
+    // Where there is no handler, Ctrl-C ends the program as ever.
+    let _ = signal_hook::flag::register_conditional_default(SIGINT, Arc::clone(&pressed));
+    let _ = signal_hook::flag::register(SIGINT, Arc::clone(&pressed));
     let _ticker = Ticker::start(engine, TICK);
     let clock = clock(begun);
     let mut next = 0;
@@ -93,6 +113,7 @@ fn search(engine: &Engine, subject: &Subject, options: &Options, begun: Instant,
             // A terminal that is gone is no reason to stop.
             let _ = std::io::stderr().flush();
         }
+        if pressed.load(Ordering::Relaxed) { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
     });
     if aloud {
         eprint!("\r\x1b[K");
@@ -110,13 +131,26 @@ pub(super) fn ticker(engine: &Engine) -> Ticker {
     Ticker::start(engine, TICK)
 }
 
+/// Where the test file goes: never over another one, which may have been written by hand.
+fn place(args: &Fuzz, subject: &Subject, seed: u64) -> Result<PathBuf> {
+    let Some(path) = &args.out else {
+        let name = format!("{}-fuzz-{seed}", subject.component.name());
+        let more = (2..).map(|n| PathBuf::from(format!("{name}-{n}.test.toml")));
+        let mut names = std::iter::once(PathBuf::from(format!("{name}.test.toml"))).chain(more);
+        return names.find(|p| !p.exists()).context("no name is free");
+    };
+    anyhow::ensure!(!path.exists(), "{} exists; remove it, or give --out another name", path.display());
+    let folder = path.parent().filter(|f| !f.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    anyhow::ensure!(folder.is_dir(), "{} is no folder: make it, or give --out another place", folder.display());
+    Ok(path.clone())
+}
+
 /// The test file with the cases of what was found.
-fn write(args: &Fuzz, subject: &Subject, found: &Report) -> Result<Option<PathBuf>> {
-    let name = || PathBuf::from(format!("{}-fuzz-{}.test.toml", subject.component.name(), found.seed));
-    let path = args.out.clone().unwrap_or_else(name);
-    let Some(text) = found.test_file(&relative(&path, &args.block.component)) else { return Ok(None) };
-    std::fs::write(&path, text).with_context(|| format!("{} cannot be written", path.display()))?;
-    Ok(Some(path))
+fn write(path: &Path, args: &Fuzz, found: &Report) -> Result<Option<PathBuf>> {
+    let Some(text) = found.test_file(&relative(path, &args.block.component)) else { return Ok(None) };
+    let new = std::fs::File::create_new(path).and_then(|mut file| file.write_all(text.as_bytes()));
+    new.with_context(|| format!("{} cannot be written", path.display()))?;
+    Ok(Some(path.to_path_buf()))
 }
 
 /// The component's path as the test file has to name it.
@@ -161,7 +195,9 @@ fn print(subject: &Subject, found: &Report, took: Duration, file: Option<&Path>)
     );
     found.notes.iter().for_each(|n| out += &format!("note: {n}\n"));
     if let Some(file) = file {
-        out += &format!("written to {0}: `latchwork test {0}` fails until it is mended\n", file.display());
+        let late = found.findings.iter().any(|f| f.kind == Kind::Budget);
+        let but = if late { "; the case of a budget only where it is missed by far" } else { "" };
+        out += &format!("written to {0}: `latchwork test {0}` fails until it is mended{but}\n", file.display());
     }
     report::say(&out);
 }

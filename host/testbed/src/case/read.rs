@@ -201,6 +201,7 @@ fn case(
         }
         state = Some(cells);
     }
+    let before = checker.findings.len();
     let mut steps = Steps::new(every, start.tolerance, subject);
     if let Some(entry) = get(item, "step") {
         for (step, span) in tables(checker, &entry, "[[case.step]]") {
@@ -218,7 +219,8 @@ fn case(
         let finding = Finding::error(&values.span_of("expect"), "a case whose start fails has no steps");
         checker.add(finding.help("expect it in a step, or leave the steps out"));
     }
-    let told = get(item, "step").is_some() || get(item, "table").is_some();
+    // Steps that were told and are wrong have their findings.
+    let told = checker.findings.len() > before;
     if steps.is_empty() && !told && refused.is_none() && fault.is_none() {
         checker.add(Finding::error(span, "the case tests nothing").help("add a [[case.step]] or a [[case.table]]"));
     }

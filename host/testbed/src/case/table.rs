@@ -7,6 +7,9 @@ use latchwork_schema::{Checker, Entry, Finding, Span, Value, position};
 use std::path::{Path, PathBuf};
 use toml::de::{DeTable, DeValue};
 
+/// Largest CSV file, bytes: hundreds of thousands of rows.
+const LARGEST: u64 = 64 << 20;
+
 /// A test file, for what is told of it.
 pub struct Place<'a> {
     text: &'a str,
@@ -68,7 +71,13 @@ impl Row<'_> {
             DeValue::String(text) => text.to_string(),
             DeValue::Boolean(b) => b.to_string(),
             DeValue::Array(list) if list.is_empty() => "none".into(),
-            DeValue::Array(list) => list.iter().filter_map(|v| v.get_ref().as_str()).collect::<Vec<_>>().join("|"),
+            DeValue::Array(list) => {
+                let word = |v: &toml::Spanned<DeValue<'_>>| match v.get_ref() {
+                    DeValue::String(word) => Ok(word.to_string()),
+                    other => Err(Finding::error(&v.span(), format!("{}; expected a string", found(other)))),
+                };
+                list.iter().map(word).collect::<Result<Vec<_>, _>>()?.join("|")
+            }
             other => return Err(Finding::error(span, format!("the cell is {}; expected a string", found(other)))),
         })
     }
@@ -141,18 +150,26 @@ fn inline(
 fn csv(checker: &mut Checker, place: &mut Place<'_>, file: &str, span: &Span, to: &mut impl Rows) {
     let path = place.base.join(file);
     place.files.push(path.clone());
-    let text = match std::fs::read_to_string(&path) {
+    let text = match read(&path) {
         Ok(text) => text,
         Err(error) => {
             checker.add(Finding::error(span, format!("the table {} cannot be read: {error}", path.display())));
             return;
         }
     };
-    let mut reader = csv::ReaderBuilder::new().comment(Some(b'#')).trim(csv::Trim::All).from_reader(text.as_bytes());
+    // Comments stand above the head alone: further down `#2` may be a name.
+    let comments = text.lines().take_while(|l| l.starts_with('#')).count();
+    let body = text.split_inclusive('\n').skip(comments).collect::<String>();
+    let mut reader = csv::ReaderBuilder::new().trim(csv::Trim::All).from_reader(body.as_bytes());
     let headers = match reader.headers() {
         Ok(headers) => headers.clone(),
         Err(error) => return checker.add(Finding::error(span, format!("{file} is no table: {error}"))),
     };
+    if let (1, Some(head)) = (headers.len(), headers.get(0).filter(|h| h.contains([';', '\t']))) {
+        let finding = Finding::error(span, format!("{file} has one column, \"{head}\""));
+        return checker
+            .add(finding.help("columns are separated by commas: save it as CSV with `,` and decimals with `.`"));
+    }
     let names: Vec<_> = headers.iter().map(|h| (h, span.clone())).collect();
     let Some(columns) = heads(checker, &names, to) else { return };
     let name = Path::new(file).file_name().unwrap_or_default().to_string_lossy().into_owned();
@@ -164,13 +181,32 @@ fn csv(checker: &mut Checker, place: &mut Place<'_>, file: &str, span: &Span, to
             Err(error) => return checker.add(Finding::error(span, format!("{file}: {error}"))),
         };
         any = true;
-        let at = record.position().map_or(0, csv::Position::line);
+        if record.get(0).is_some_and(|first| first.starts_with('#')) {
+            let line = record.position().map_or(0, csv::Position::line) + comments as u64;
+            let finding = Finding::error(span, format!("{file}:{line} begins with `#`"));
+            checker
+                .add(finding.help("comments stand above the head; a row that is not to be tested is to be taken out"));
+            continue;
+        }
+        let at = record.position().map_or(0, csv::Position::line) + comments as u64;
         let cells = record.iter().map(|c| Cell::Csv(c.into())).collect();
         give(checker, &columns, Row { cells, label: format!("{name}:{at}"), line, span: span.clone() }, to);
     }
     if !any {
         checker.add(Finding::error(span, format!("{file} has no rows below its head")));
     }
+}
+
+/// The text of a table; of something without an end, an error.
+fn read(path: &Path) -> std::io::Result<String> {
+    let meta = std::fs::metadata(path)?;
+    if !meta.is_file() {
+        return Err(std::io::Error::other("it is no file"));
+    }
+    if meta.len() > LARGEST {
+        return Err(std::io::Error::other(format!("it has {} bytes; {LARGEST} are the most", meta.len())));
+    }
+    std::fs::read_to_string(path)
 }
 
 fn heads<R: Rows>(checker: &mut Checker, names: &[(&str, Span)], to: &mut R) -> Option<Vec<R::Column>> {

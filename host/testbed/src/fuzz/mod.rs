@@ -24,4 +24,5 @@ mod values;
 mod write;
 
 pub use report::{Finding, Kind, Report};
+pub(crate) use search::TOO_FEW;
 pub use search::{Options, Progress, fuzz};

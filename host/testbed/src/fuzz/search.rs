@@ -12,12 +12,15 @@ use crate::check::shown;
 use fastrand::Rng;
 use latchwork_block::{FaultKind, Limits};
 use latchwork_image::format_duration;
+use std::ops::ControlFlow;
 
 /// Sequences before the long one.
 const WARM_UP: u64 = 64;
 /// Executions of the long one, as a power of two; and the fewest by which growth is judged.
 const SOAK: u32 = 16;
 const LEAST_SOAK: u32 = 13;
+/// Note where growth is not judged.
+pub(crate) const TOO_FEW: &str = "too few executions to tell whether its memory grows for ever";
 /// Looks that shrinking may take when each waits until the block is stopped.
 const LATE_TRIES: u32 = 150;
 /// When a block is stopped, ns, unless its budget is so long that it needs more.
@@ -74,12 +77,12 @@ pub struct Progress {
 }
 
 /// Searches for what is wrong with a block. `clock` gives the machine's time in ns from anywhere on; the engine must be ticked
-/// once in `options.tick` meanwhile. `progress` is called after every sequence.
+/// once in `options.tick` meanwhile. `progress` is called after every sequence and may end the search.
 pub fn fuzz(
     subject: &Subject,
     options: &Options,
     clock: &dyn Fn() -> u64,
-    progress: &mut dyn FnMut(&Progress),
+    progress: &mut dyn FnMut(&Progress) -> ControlFlow<()>,
 ) -> Report {
     Search::new([subject, subject], options, clock).run(progress)
 }
@@ -115,7 +118,7 @@ impl<'a> Search<'a> {
         }
     }
 
-    fn run(mut self, progress: &mut dyn FnMut(&Progress)) -> Report {
+    fn run(mut self, progress: &mut dyn FnMut(&Progress) -> ControlFlow<()>) -> Report {
         let begun = (self.clock)();
         let (time, sequences) = match (self.options.time, self.options.sequences) {
             (None, None) => (None, Some(1000)),
@@ -140,7 +143,13 @@ impl<'a> Search<'a> {
             }
             let executions = self.trial.sums.executions;
             let (sequences, findings) = (self.sequences, self.findings.len());
-            progress(&Progress { time: now, sequences, executions, findings });
+            if progress(&Progress { time: now, sequences, executions, findings }).is_break() {
+                break;
+            }
+        }
+        if self.sequences < WARM_UP {
+            let power = self.soak_power(time, sequences);
+            self.soak(&mut generator, power);
         }
         self.report()
     }
@@ -271,7 +280,7 @@ impl<'a> Search<'a> {
             }
         }
         if power < LEAST_SOAK {
-            self.notes.push("too few executions to tell whether its memory grows for ever".into());
+            self.notes.push(TOO_FEW.into());
         }
     }
 
@@ -334,6 +343,8 @@ impl<'a> Search<'a> {
         if class.retained.is_empty() {
             self.notes.push("its class retains nothing: it begins anew after every restart".into());
         }
+        let late = self.findings.iter().any(|f| matches!(f.kind, Kind::Budget | Kind::Fault(FaultKind::Budget)));
+        let budget = late.then_some(self.options.budget);
         Report {
             class: class.name.clone(),
             seed: self.options.seed,
@@ -345,7 +356,7 @@ impl<'a> Search<'a> {
             median_ns: sums.times.value_at_quantile(0.5),
             worst_ns: self.worst,
             memory: sums.memory,
-            head: write::head(class, self.options.budget, self.growth_limit.unwrap_or(self.options.memory)),
+            head: write::head(class, budget, self.growth_limit.unwrap_or(self.options.memory)),
             findings: self.findings,
             notes: self.notes,
         }
@@ -456,7 +467,7 @@ mod tests {
         let options = Options { sequences: Some(50), ..Options::default() };
         let _ticker = Ticker::start(&engine, Duration::from_nanos(options.tick));
         let (on, off) = (shipped(&engine, "ton"), shipped(&engine, "tof"));
-        let report = Search::new([&on, &off], &options, &|| 0).run(&mut |_| {});
+        let report = Search::new([&on, &off], &options, &|| 0).run(&mut |_| ControlFlow::Continue(()));
         let kinds: Vec<_> = report.findings.iter().map(|f| f.kind).collect();
         assert_eq!(kinds, [Kind::NotDeterministic], "{:#?}", report.findings);
         let finding = &report.findings[0];
@@ -468,7 +479,7 @@ mod tests {
         );
         assert!(finding.case.as_deref().is_some_and(|c| c.contains("# By chance it may pass.")));
         // Each is the same as itself.
-        assert_eq!(Search::new([&off, &off], &options, &|| 0).run(&mut |_| {}).findings, []);
+        assert_eq!(Search::new([&off, &off], &options, &|| 0).run(&mut |_| ControlFlow::Continue(())).findings, []);
     }
 
     #[test]

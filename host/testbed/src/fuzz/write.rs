@@ -24,16 +24,12 @@ pub(super) fn output_names(class: &Class) -> Vec<String> {
     names
 }
 
-/// What stands above the cases, below the component's name.
-pub(super) fn head(class: &Class, budget: u64, memory: u64) -> String {
-    let budget = budget.clamp(1_000_000, 60_000_000_000);
+/// What stands above the cases, below the component's name. A `budget` only where a case is about it: another one would
+/// end in it on a machine that stands still.
+pub(super) fn head(class: &Class, budget: Option<u64>, memory: u64) -> String {
+    let budget = budget.map(|b| format!("budget = \"{}\"\n", format_duration(b.clamp(1_000_000, 60_000_000_000))));
     let memory = memory.clamp(65_536, 1 << 30);
-    format!(
-        "class = \"{}\"\nbudget = \"{}\"\nmemory = \"{}\"\n",
-        class.name,
-        format_duration(budget),
-        format_size(memory)
-    )
+    format!("class = \"{}\"\n{}memory = \"{}\"\n", class.name, budget.unwrap_or_default(), format_size(memory))
 }
 
 /// A case that fails as the sequence does. `probe` has done it last.
@@ -99,8 +95,12 @@ impl Writer<'_> {
             let _ = writeln!(out, "settings = {{ {} }}", settings.join(", "));
         }
         let _ = writeln!(out, "# {}", message.replace(['\n', '\r'], " "));
-        if self.kind == Kind::NotDeterministic {
-            out.push_str("# By chance it may pass.\n");
+        match self.kind {
+            Kind::NotDeterministic => out.push_str("# By chance it may pass.\n"),
+            Kind::Budget => {
+                out.push_str("# It fails when the execution is stopped, at the earliest 10 ms after the budget.\n")
+            }
+            _ => {}
         }
         for (number, row) in rows.iter().enumerate() {
             self.row(&mut out, row, rows.get(number + 1));
@@ -213,9 +213,6 @@ impl Writer<'_> {
             if !changed {
                 continue;
             }
-            if port.ty == Type::U64 && inputs[cells.start] > i64::MAX.cast_unsigned() {
-                let _ = writeln!(out, "# {} is {}, for which the file has no number.", port.path, inputs[cells.start]);
-            }
             list.push(signal(port, &inputs[cells]));
         }
         if !list.is_empty() {
@@ -270,7 +267,8 @@ fn constant(ty: &Type, cell: u64) -> String {
     match ty {
         Type::F32 | Type::F64 => ty.format(cell).replace("NaN", "nan"),
         Type::Duration | Type::Enum(_) | Type::Flags(_) => format!("\"{}\"", ty.format(cell)),
-        Type::U64 => cell.min(i64::MAX.cast_unsigned()).to_string(),
+        // The file has no such number.
+        Type::U64 if i64::try_from(cell).is_err() => format!("\"{cell}\""),
         _ => ty.format(cell),
     }
 }

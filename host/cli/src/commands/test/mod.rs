@@ -43,6 +43,14 @@ pub(super) fn execute(engine: &Engine, args: &Test) -> Result<Exit> {
         return watch::execute(engine, args);
     }
     let paths = files::find(&args.files)?;
+    if let Some(junit) = &args.junit {
+        let same =
+            |p: &PathBuf| p == junit || p.canonicalize().is_ok_and(|p| junit.canonicalize().is_ok_and(|j| j == p));
+        if paths.iter().any(same) {
+            report::error(&anyhow::anyhow!("--junit {} would overwrite a test file", junit.display()));
+            return Ok(Exit::Usage);
+        }
+    }
     let round = round(engine, args, &paths, !args.json);
     finish(args, &round)
 }
@@ -74,14 +82,14 @@ fn round(engine: &Engine, args: &Test, paths: &[PathBuf], aloud: bool) -> Round 
 
 /// Summary, reports, exit code.
 fn finish(args: &Test, round: &Round) -> Result<Exit> {
-    if let Some(path) = &args.junit {
-        let xml = junit::document(round)?;
-        std::fs::write(path, xml).with_context(|| format!("{} cannot be written", path.display()))?;
-    }
     if args.json {
         report::say(&format!("{}\n", serde_json::to_string_pretty(&round.json())?));
     } else {
         report::say(&print::summary(round));
+    }
+    if let Some(path) = &args.junit {
+        let xml = junit::document(round)?;
+        std::fs::write(path, xml).with_context(|| format!("{} cannot be written", path.display()))?;
     }
     Ok(match round {
         round if round.wrong() > 0 || round.failed() > 0 => Exit::Wanting,
