@@ -19,7 +19,7 @@ mod status;
 mod worker;
 
 pub use component::{COMPONENT, Version};
-pub use exchange::{Exchange, Phase, Swapper};
+pub use exchange::{Exchange, Phase, Preparation, Swapper};
 pub use keys::{KEYS, check};
 pub use runner::{Report, Runner, What};
 pub use sink::{Claim, Config, Problem, Sink, SinkKind};
