@@ -6,6 +6,7 @@
 //! ```
 
 use crate::component::{self, Version};
+use crate::prepare::Preparation;
 use crate::{Config, Sink, SinkKind, State, Statuses};
 use latchwork_record::journal::Watch;
 use std::collections::VecDeque;
@@ -75,6 +76,11 @@ impl Exchange {
         })
     }
 
+    /// What comes is this.
+    pub(crate) fn know(&self, version: Version) {
+        *lock(&self.version) = Some(version);
+    }
+
     pub(crate) fn set(&self, to: Phase) {
         *lock(&self.phase) = to;
     }
@@ -128,7 +134,7 @@ struct Versions {
 }
 
 impl Call {
-    fn leave(&self, wish: Wish, probation: u64, exchange: Exchange, watch: &Watch) {
+    pub(crate) fn leave(&self, wish: Wish, probation: u64, exchange: Exchange, watch: &Watch) {
         *lock(&self.wish) = Some((wish, probation, exchange));
         self.ring(watch);
     }
@@ -301,68 +307,6 @@ impl Swapper {
             Some(near) => format!("there is no sink `{sink}`; did you mean `{near}`?"),
             None => format!("there is no sink `{sink}`"),
         })
-    }
-}
-
-/// What takes long before a component can take the place of another one: hashing, checking, compiling.
-///
-/// One that is dropped undone, or fails by itself, refuses its exchange.
-pub struct Preparation {
-    exchange: Exchange,
-    config: Config,
-    call: Arc<Call>,
-    watch: Watch,
-    file: String,
-    bytes: Arc<[u8]>,
-    probation: u64,
-    dry_run: bool,
-}
-
-impl Preparation {
-    /// Does it; then the sink's own thread is called. What was called off meanwhile is done no further.
-    pub fn run(self) {
-        match self.candidate() {
-            Ok(_) if self.dry_run => self.prepared(Phase::Planned),
-            Ok(Some((candidate, version))) => {
-                if self.exchange.step(|phase| (*phase == Phase::Preparing).then_some(Phase::Waiting)) {
-                    let wish = Wish::Another(candidate, Some(version));
-                    self.call.leave(wish, self.probation, self.exchange.clone(), &self.watch);
-                }
-            }
-            Ok(None) => {}
-            Err(why) => self.prepared(Phase::Refused(why)),
-        }
-    }
-
-    /// It is not to be: why.
-    pub fn refuse(self, why: String) {
-        self.prepared(Phase::Refused(why));
-    }
-
-    /// The sink, compiled; `None` when nobody wants it any more.
-    fn candidate(&self) -> Result<Option<(Box<dyn Sink>, Version)>, String> {
-        let wanted = || self.exchange.phase() == Phase::Preparing;
-        if !wanted() {
-            return Ok(None);
-        }
-        let version = Version::read(&self.file, &self.bytes)?;
-        *lock(&self.exchange.version) = Some(version.clone());
-        let mut candidate = component::candidate(&self.config, &self.file, &self.bytes)?;
-        if !wanted() {
-            return Ok(None);
-        }
-        candidate.prepare()?;
-        Ok(Some((candidate, version)))
-    }
-
-    fn prepared(&self, next: Phase) {
-        self.exchange.step(|phase| (*phase == Phase::Preparing).then_some(next));
-    }
-}
-
-impl Drop for Preparation {
-    fn drop(&mut self) {
-        self.prepared(Phase::Refused("it could not be prepared: the compiler has failed".into()));
     }
 }
 

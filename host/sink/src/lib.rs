@@ -13,14 +13,16 @@ mod exchange;
 mod feed;
 mod keys;
 pub mod kinds;
+mod prepare;
 mod runner;
 mod sink;
 mod status;
 mod worker;
 
 pub use component::{COMPONENT, Version};
-pub use exchange::{Exchange, Phase, Preparation, Swapper};
+pub use exchange::{Exchange, Phase, Swapper};
 pub use keys::{KEYS, check};
+pub use prepare::Preparation;
 pub use runner::{Report, Runner, What};
 pub use sink::{Claim, Config, Problem, Sink, SinkKind};
 pub use status::{State, Status, Statuses};

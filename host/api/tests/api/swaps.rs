@@ -61,7 +61,7 @@ fn an_order_arrives_with_all_that_was_asked_and_what_was_not_has_its_default() {
 
     // A sink counts batches of records, of which there may be few.
     let (found, ..) = operation_of("POST", "/v1/swaps", Some(json!({ "blocks": [block("sink.a", "b.wasm", b"x")] })));
-    assert!(matches!(&found, Operation::Swap(order) if order.probation == 10), "{found:?}");
+    assert!(matches!(&found, Operation::Swap(order) if order.probation == 3), "{found:?}");
 }
 
 #[test]

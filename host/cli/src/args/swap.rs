@@ -23,7 +23,7 @@ pub(crate) struct Swap {
     #[arg(long, value_name = "TAG=NUMBER", value_parser = tolerance)]
     pub(crate) tolerance: Vec<(String, f64)>,
     /// Executions after the exchange within which a fault puts the old version back, 1000 if nothing is said; of a sink,
-    /// batches of records, 10 if nothing is said.
+    /// batches of records, 3 if nothing is said.
     #[arg(long, value_name = "N")]
     pub(crate) probation: Option<u64>,
     /// A setting of the new version that is to be another than now, as in tank.settings.gain=1.5; may be repeated.

@@ -5,9 +5,9 @@ use std::sync::Arc;
 
 /// Executions of the probation of a block, if nothing is said.
 pub const PROBATION: u64 = 1000;
-/// Batches of the probation of a sink, if nothing is said: where records are rare each is a batch of its own, and a sink that has
-/// taken so many has opened, written and gone on.
-pub const SINK_PROBATION: u64 = 10;
+/// Batches of the probation of a sink, if nothing is said: where records are rare each is a batch of its own and comes late, and
+/// a sink that has taken so many has opened, written and gone on.
+pub const SINK_PROBATION: u64 = 3;
 
 /// The probation of a block or `sink.NAME`, if nothing is said: executions, or batches.
 pub fn usual_probation(block: &str) -> u64 {

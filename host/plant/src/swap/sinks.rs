@@ -176,7 +176,8 @@ impl Plant {
             return self.sink_saved(swap, now);
         }
         let phase = swap.exchange.phase();
-        if let (true, Some(new)) = (swap.status.blocks.is_empty(), swap.exchange.version()) {
+        let comes = swap.exchange.version().filter(|_| swap.status.blocks.is_empty() && phase != Phase::Preparing);
+        if let Some(new) = comes {
             let mut notes = vec!["its cursor stays where it is: each record comes at least once from there".to_owned()];
             notes.extend(swap.note.get().cloned());
             swap.status.blocks.push(plan(&swap.name, swap.old.take(), Some(new), notes));

@@ -1,6 +1,6 @@
 //! A writer that is killed loses nothing that was durable.
 
-use super::{all, kept, open, record, state_of};
+use super::{all, kept, record, state_of};
 use latchwork_record::Record;
 use latchwork_record::journal::{Journal, Options, verify};
 use std::collections::BTreeMap;

@@ -7,7 +7,7 @@ mod retention;
 mod written;
 
 use latchwork_image::Value;
-use latchwork_record::journal::{Filter, Journal, JournalError, Notice, Options, Reader};
+use latchwork_record::journal::{Filter, Journal, JournalError, Notice, Opening, Options, Reader};
 use latchwork_record::{Kept, Kind, Record};
 use std::collections::BTreeMap;
 use std::path::Path;

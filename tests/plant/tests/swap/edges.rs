@@ -24,14 +24,14 @@ fn rig(version: &Counter) -> Rig {
 #[test]
 fn a_version_that_fails_at_an_edge_gives_way_at_that_edge_and_no_edge_is_lost() {
     for (bad, transition) in [(Bad::Trap(5), "trap"), (Bad::Loop(5), "budget"), (Bad::Grow(5), "memory")] {
-        let edge = |n: u64| format!("{}ms,gpio.door,{}\n", 200 + 10 * n, n % 2 == 0);
+        let edge = |n: u64| format!("{}ms,gpio.door,{}\n", 200 + 10 * n, n.is_multiple_of(2));
         let rows = format!("100ms,swap.count,v2.wasm\n{}", (0..20).map(edge).collect::<String>());
         let ran = rig(&Counter::new(2).bad(bad)).stimulus(&rows).run_for(S);
         let fault = format!("240 count {transition}");
         assert_eq!(told(&ran), ["100 count asked", "100 count exchanged", &fault, "240 count rolled-back"], "{bad:?}");
         let edges = ran.records.iter().filter(|r| r.source == "gpio.door" && r.kind == Kind::Event);
         let edges: Vec<_> = edges.map(|r| (r.time / MS, r.transition == "rising")).collect();
-        assert_eq!(edges, (0..20).map(|n| (200 + 10 * n, n % 2 == 0)).collect::<Vec<_>>(), "{bad:?}");
+        assert_eq!(edges, (0..20u64).map(|n| (200 + 10 * n, n.is_multiple_of(2))).collect::<Vec<_>>(), "{bad:?}");
         // Four edges were the new version's; the one at which it failed and all after it are the old one's again.
         assert_eq!(ran.history("count.outputs.version"), [(0, "1"), (200 * MS, "2"), (240 * MS, "1")], "{bad:?}");
         let count = |ms: u64| ran.at("count.outputs.count", ms * MS);

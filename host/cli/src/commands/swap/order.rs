@@ -145,3 +145,36 @@ fn too_large(path: &Path) -> Error {
         LARGEST >> 20
     )
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use clap::Parser;
+
+    #[derive(Parser)]
+    struct Line {
+        #[command(flatten)]
+        swap: Swap,
+    }
+
+    #[test]
+    fn a_component_for_several_blocks_is_sent_once_and_what_was_not_said_is_left_to_the_plant() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let path = |name: &str| folder.path().join(name).display().to_string();
+        for (name, bytes) in [("one.wasm", "1"), ("two.wasm", "2"), ("copy.wasm", "1")] {
+            std::fs::write(path(name), bytes).expect("a file");
+        }
+        let [one, two, copy] = ["one.wasm", "two.wasm", "copy.wasm"].map(path);
+        let line = ["swap", "a", &one, "b", &two, "c", &one, "d", &copy, "--save"];
+        let args = Line::parse_from(line).swap;
+        let Ok(order) = Order::read(&args) else { panic!("it is right") };
+        let body = order.body(&args, true);
+        let sent = |n: usize| (body["blocks"][n]["component"].as_str(), body["blocks"][n]["same-as"].as_str());
+        assert_eq!(
+            [0, 1, 2, 3].map(sent),
+            [(Some("MQ=="), None), (Some("Mg=="), None), (None, Some("a")), (None, Some("a"))]
+        );
+        assert_eq!((&body["blocks"][3]["file"], &body["save"]), (&json!("copy.wasm"), &json!(true)));
+        assert!(body.get("probation").is_none(), "blocks and sinks have their own");
+    }
+}

@@ -1,8 +1,9 @@
 //! `--save`: the plant file names what runs, and nothing else in it changes.
 
-use latchwork_block::{Component, Engine, EngineOptions};
+use latchwork_block::{Component, Engine};
 use latchwork_plant::check::{CheckOptions, check_file};
 use latchwork_plant::swap::save::{Keep, SaveError, Saver};
+use latchwork_tests_plant::component_folders;
 use std::os::unix::fs::{MetadataExt, PermissionsExt};
 use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
@@ -40,23 +41,13 @@ kind = "component"
 directory = "logs"
 # The end, without a line feed."#;
 
-fn target() -> PathBuf {
-    let exe = std::env::current_exe().expect("this program has a path");
-    let target = exe.ancestors().nth(3).expect("a test stands three folders below the build folder").to_path_buf();
-    assert!(target.join("components").is_dir(), "components are missing: run `cargo xtask guests` first");
-    target
-}
-
 fn engine() -> &'static Engine {
     static ENGINE: OnceLock<Engine> = OnceLock::new();
-    ENGINE.get_or_init(|| {
-        let cache = Some(target().join("test-cache"));
-        Engine::new(EngineOptions { cache, ..EngineOptions::default() }).expect("an engine")
-    })
+    ENGINE.get_or_init(latchwork_tests_plant::engine)
 }
 
 fn shipped(name: &str) -> Vec<u8> {
-    std::fs::read(target().join("components").join(format!("{name}.wasm"))).expect("a component")
+    std::fs::read(component_folders()[0].join(format!("{name}.wasm"))).expect("a component")
 }
 
 /// A plant whose file can be saved.
@@ -294,7 +285,7 @@ fn what_would_keep_it_from_being_saved_is_known_beforehand_and_nothing_is_writte
     tries(&slow, Some("the plant file would have errors"));
     bench.write("plant.toml", PLANT);
     // Root may write everywhere.
-    if !rustix::process::geteuid().is_root() {
+    if std::fs::metadata("/proc/self").expect("this process").uid() != 0 {
         let mode = |mode| {
             std::fs::set_permissions(bench.path(""), std::fs::Permissions::from_mode(mode)).expect("a mode");
         };
