@@ -1,10 +1,12 @@
 //! Another sink in the place of one that works: between two batches, with the cursor where it stands.
 //!
 //! ```text
-//! Swapper ─swap─► own thread: check, compile ─► Call ─► worker, between two batches: open ─► probation ─► kept | the old one back
+//! Swapper ─swap─► Preparation, where its owner runs it: check, compile ─► Call ─► worker, between two batches: open
+//!         ─► probation ─► kept | the old one back
 //! ```
 
 use crate::component::{self, Version};
+use crate::prepare::Preparation;
 use crate::{Config, Sink, SinkKind, State, Statuses};
 use latchwork_record::journal::Watch;
 use std::collections::VecDeque;
@@ -17,7 +19,7 @@ const EARLIER: usize = 4;
 /// Where an exchange is.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub enum Phase {
-    /// Checked and compiled, on a thread of its own.
+    /// Checked and compiled, or it waits for that.
     #[default]
     Preparing,
     /// Compiled; nothing was opened, since only that was wanted.
@@ -52,6 +54,7 @@ impl Phase {
 #[derive(Clone, Default)]
 pub struct Exchange {
     phase: Arc<Mutex<Phase>>,
+    version: Arc<Mutex<Option<Version>>>,
 }
 
 impl Exchange {
@@ -60,12 +63,22 @@ impl Exchange {
         lock(&self.phase).clone()
     }
 
+    /// The version that comes, once it is known to be a logger.
+    pub fn version(&self) -> Option<Version> {
+        lock(&self.version).clone()
+    }
+
     /// Calls it off; false if the new one has been opened already.
     pub fn cancel(&self) -> bool {
         self.step(|phase| match phase {
             Phase::Preparing | Phase::Waiting => Some(Phase::Cancelled),
             _ => None,
         })
+    }
+
+    /// What comes is this.
+    pub(crate) fn know(&self, version: Version) {
+        *lock(&self.version) = Some(version);
     }
 
     pub(crate) fn set(&self, to: Phase) {
@@ -99,9 +112,16 @@ pub(crate) struct Call {
     /// Somebody has called: it does not wait any longer.
     pub(crate) flag: AtomicBool,
     wish: Mutex<Option<(Wish, u64, Exchange)>>,
-    /// An exchange is under way.
-    under_way: Mutex<Option<Exchange>>,
+    under_way: Mutex<UnderWay>,
     history: Mutex<Versions>,
+}
+
+#[derive(Default)]
+struct UnderWay {
+    /// The last exchange.
+    exchange: Option<Exchange>,
+    /// Nobody answers any more: why.
+    gone: Option<String>,
 }
 
 /// The versions of a sink that can come back.
@@ -114,7 +134,7 @@ struct Versions {
 }
 
 impl Call {
-    fn leave(&self, wish: Wish, probation: u64, exchange: Exchange, watch: &Watch) {
+    pub(crate) fn leave(&self, wish: Wish, probation: u64, exchange: Exchange, watch: &Watch) {
         *lock(&self.wish) = Some((wish, probation, exchange));
         self.ring(watch);
     }
@@ -140,24 +160,34 @@ impl Call {
         lock(&self.history).earlier = earlier;
     }
 
-    /// Its worker is gone: what is under way comes to no other end.
+    /// Its worker is gone: what is under way comes to no other end, and nothing more begins.
     pub(crate) fn give_up(&self, why: &str) {
-        let under_way = lock(&self.under_way).clone();
         let why = format!("the sink has failed by itself and has ended, it works again in the next run: {why}");
-        if let Some(exchange) = under_way {
-            exchange.step(|phase| (!phase.ended()).then_some(Phase::Refused(why)));
+        let mut under_way = lock(&self.under_way);
+        if let Some(exchange) = &under_way.exchange {
+            exchange.step(|phase| (!phase.ended()).then(|| Phase::Refused(why.clone())));
         }
+        under_way.gone = Some(why);
     }
 
     /// Begins an exchange, if none is under way.
     fn begin(&self, name: &str) -> Result<Exchange, String> {
         let mut under_way = lock(&self.under_way);
-        if under_way.as_ref().is_some_and(|e| !e.phase().ended()) {
+        if let Some(why) = &under_way.gone {
+            return Err(format!("sink `{name}`: {why}"));
+        }
+        if under_way.exchange.as_ref().is_some_and(|e| !e.phase().ended()) {
             return Err(format!("sink `{name}` is being swapped already; wait for the end of that, or roll it back"));
         }
         let exchange = Exchange::default();
-        *under_way = Some(exchange.clone());
+        under_way.exchange = Some(exchange.clone());
         Ok(exchange)
+    }
+
+    /// The exchange that is on probation.
+    fn on_probation(&self) -> Option<Exchange> {
+        let exchange = lock(&self.under_way).exchange.clone();
+        exchange.filter(|e| matches!(e.phase(), Phase::Probation { .. }))
     }
 }
 
@@ -187,11 +217,11 @@ impl Swapper {
         self.statuses.list().into_iter().find(|s| s.name == sink)?.version
     }
 
-    /// Gives a sink of kind `component` another component. It is checked and compiled on a thread of its own; `dry_run` leaves
-    /// it at that. If one of its first batches fails, the old one comes back.
+    /// Gives a sink of kind `component` another component. Whoever asks runs the preparation on a thread that has time;
+    /// `dry_run` leaves it at that. If one of its first `probation` batches fails, the old one comes back.
     ///
     /// # Errors
-    /// No such sink; one of another kind; one that is being exchanged; a component that is no logger; no thread.
+    /// No such sink; one of another kind; one that is being exchanged.
     pub fn swap(
         &self,
         sink: &str,
@@ -199,38 +229,24 @@ impl Swapper {
         bytes: &Arc<[u8]>,
         probation: u64,
         dry_run: bool,
-    ) -> Result<(Exchange, Version), String> {
+    ) -> Result<(Exchange, Preparation), String> {
         let seat = self.seat(sink)?;
         if !std::ptr::eq(seat.kind, &component::COMPONENT) {
             let kind = seat.kind.name;
             return Err(format!("sink `{sink}` is of kind \"{kind}\"; only one of kind \"component\" has a component"));
         }
-        let version = Version::read(file, bytes)?;
         let exchange = seat.call.begin(sink)?;
-        let (config, call, watch) = (seat.config.clone(), Arc::clone(&seat.call), self.watch.clone());
-        let (of_thread, label, bytes, new) = (exchange.clone(), file.to_owned(), Arc::clone(bytes), version.clone());
-        let body = move || {
-            let exchange = of_thread;
-            let candidate = component::candidate(&config, &label, &bytes).and_then(|mut candidate| {
-                candidate.prepare()?;
-                Ok(candidate)
-            });
-            let prepared = |next: Phase| exchange.step(|phase| (*phase == Phase::Preparing).then_some(next));
-            match candidate {
-                Ok(_) if dry_run => drop(prepared(Phase::Planned)),
-                Ok(candidate) if prepared(Phase::Waiting) => {
-                    call.leave(Wish::Another(candidate, Some(new)), probation, exchange, &watch);
-                }
-                // It was called off.
-                Ok(_) => {}
-                Err(why) => drop(prepared(Phase::Refused(why))),
-            }
+        let preparation = Preparation {
+            exchange: exchange.clone(),
+            config: seat.config.clone(),
+            call: Arc::clone(&seat.call),
+            watch: self.watch.clone(),
+            file: file.into(),
+            bytes: Arc::clone(bytes),
+            probation,
+            dry_run,
         };
-        let thread = std::thread::Builder::new().name(format!("swap {sink}"));
-        if let Err(error) = thread.spawn(body) {
-            exchange.set(Phase::Refused(format!("the system gives no thread: {error}")));
-        }
-        Ok((exchange, version))
+        Ok((exchange, preparation))
     }
 
     /// Puts another sink in the place of one; it is ready to be opened.
@@ -251,8 +267,7 @@ impl Swapper {
     /// No such sink; no such version; one that is being exchanged.
     pub fn rollback(&self, sink: &str, steps: usize) -> Result<Exchange, String> {
         let seat = self.seat(sink)?;
-        let under_way = lock(&seat.call.under_way).clone();
-        if let Some(exchange) = under_way.filter(|e| matches!(e.phase(), Phase::Probation { .. })) {
+        if let Some(exchange) = seat.call.on_probation() {
             if steps != 1 {
                 return Err(format!("sink `{sink}` is on probation: 1 step takes that back, then go on"));
             }
@@ -275,7 +290,7 @@ impl Swapper {
     /// The version that [`Self::rollback`] would bring now; `None` for one that is no component, and where there is none.
     pub fn earlier(&self, sink: &str, steps: usize) -> Option<Version> {
         let call = &self.seats.iter().find(|s| s.config.name == sink)?.call;
-        let on_probation = lock(&call.under_way).as_ref().is_some_and(|e| matches!(e.phase(), Phase::Probation { .. }));
+        let on_probation = call.on_probation().is_some();
         let history = lock(&call.history);
         if on_probation && steps == 1 {
             return history.before.clone();

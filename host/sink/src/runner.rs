@@ -143,9 +143,9 @@ fn spawn(mut worker: Worker, finished: Sender<usize>) -> std::io::Result<()> {
             worker.statuses.change(worker.index, |s| (s.state, s.error) = (State::Ended, why.clone()));
             worker.call.give_up(&why);
             (worker.tell)(Report { sink: worker.index, name: worker.config.name.clone(), what: What::Ended(why) });
-            // Its destructor may panic as well.
-            let sink = worker.sink.take();
-            let _ = catch_unwind(AssertUnwindSafe(|| drop(sink)));
+            // Its destructor may panic as well, and those of the versions before.
+            let all = (worker.sink.take(), std::mem::take(&mut worker.exchanges));
+            let _ = catch_unwind(AssertUnwindSafe(|| drop(all)));
         }
         // Nobody waits any more when it took too long.
         let _ = finished.send(worker.index);

@@ -52,6 +52,22 @@ impl Sink for Panics {
     }
 }
 
+/// A sink that opens but once.
+struct Once {
+    opened: bool,
+    sink: Named,
+}
+
+impl Sink for Once {
+    fn start(&mut self) -> Result<(), String> {
+        if std::mem::replace(&mut self.opened, true) { Err("it opens but once".into()) } else { Ok(()) }
+    }
+
+    fn write(&mut self, batch: &[Record]) -> Result<u64, String> {
+        self.sink.write(batch)
+    }
+}
+
 /// A sink that does not open, and that sees how far its exchange is meanwhile.
 struct Shut {
     exchange: Arc<Mutex<Option<Exchange>>>,
@@ -226,7 +242,10 @@ fn a_component_is_exchanged_for_another_and_back_when_it_traps_or_hangs() {
         bench.store(10);
         bench.deliver(PATIENCE);
         let bytes = shipped("stray-logger", "test-components");
-        let (exchange, version) = swapper.swap("s", "stray.wasm", &bytes, 50, false).unwrap();
+        let (exchange, preparation) = swapper.swap("s", "stray.wasm", &bytes, 50, false).unwrap();
+        assert_eq!((exchange.phase(), exchange.version()), (Phase::Preparing, None), "nothing is done by whoever asks");
+        preparation.run();
+        let version = exchange.version().unwrap();
         assert_eq!((version.component.as_str(), version.size), ("stray", bytes.len() as u64));
         wait_for(PATIENCE, "it is on probation", || matches!(exchange.phase(), Phase::Probation { .. }));
         assert_eq!(swapper.version("s"), Some(version));
@@ -252,16 +271,99 @@ fn what_is_no_logger_or_does_not_open_is_refused_and_a_dry_run_opens_nothing() {
     let swapper = bench.runner.as_ref().unwrap().swapper();
     bench.store(3);
     bench.deliver(PATIENCE);
-    let refused = swapper.swap("s", "ton.wasm", &shipped("ton", "components"), 1, false).err().unwrap();
-    assert!(refused.contains("expected \"latchwork:journal/sink@0.1.0\""), "{refused}");
-    assert!(swapper.swap("s", "x.wasm", &b"text".as_slice().into(), 1, false).is_err());
+    let swap = |file: &str, bytes: &Arc<[u8]>, dry_run| {
+        let (exchange, preparation) = swapper.swap("s", file, bytes, 1, dry_run).unwrap();
+        preparation.run();
+        ended(&exchange)
+    };
+    let refused = swap("ton.wasm", &shipped("ton", "components"), false);
+    assert!(
+        matches!(&refused, Phase::Refused(why) if why.contains("expected \"latchwork:journal/sink@0.1.0\"")),
+        "{refused:?}"
+    );
+    assert!(matches!(swap("x.wasm", &b"text".as_slice().into(), false), Phase::Refused(_)));
     let bytes = shipped("stray-logger", "test-components");
-    let (exchange, _) = swapper.swap("s", "stray.wasm", &bytes, 1, true).unwrap();
-    assert_eq!(ended(&exchange), Phase::Planned);
-    let (exchange, _) = swapper.swap("s", "stray.wasm", &bytes, 1, false).unwrap();
-    assert!(matches!(ended(&exchange), Phase::Refused(why) if why.contains("does not open: I do not like")));
+    assert_eq!(swap("stray.wasm", &bytes, true), Phase::Planned);
+    assert!(
+        matches!(swap("stray.wasm", &bytes, false), Phase::Refused(why) if why.contains("does not open: I do not like"))
+    );
     bench.store(3);
     bench.deliver(PATIENCE);
     assert_eq!(swapper.version("s").unwrap().component, "first-logger");
+    bench.stop();
+}
+
+#[test]
+fn what_was_called_off_before_it_was_prepared_goes_no_further_and_frees_the_sink() {
+    let folder = TempDir::new().unwrap();
+    let bench = logger(folder.path(), "");
+    let swapper = bench.runner.as_ref().unwrap().swapper();
+    let bytes = shipped("stray-logger", "test-components");
+    let (first, late) = swapper.swap("s", "stray.wasm", &bytes, 1, false).unwrap();
+    assert!(swapper.swap("s", "stray.wasm", &bytes, 1, false).is_err_and(|why| why.contains("is being swapped")));
+    assert!(first.cancel());
+    let (second, preparation) = swapper.swap("s", "second.wasm", &bytes, 0, false).unwrap();
+    preparation.run();
+    assert_eq!(ended(&second), Phase::Done);
+    // The first one is prepared only now: nobody wants it.
+    late.run();
+    assert_eq!(first.phase(), Phase::Cancelled);
+    assert_eq!(swapper.version("s").unwrap().component, "second");
+    // One that nobody prepares at all.
+    let (third, preparation) = swapper.swap("s", "stray.wasm", &bytes, 1, false).unwrap();
+    drop(preparation);
+    assert!(matches!(third.phase(), Phase::Refused(_)));
+    bench.stop();
+}
+
+#[test]
+fn a_way_back_that_does_not_open_leaves_the_versions_in_their_order() {
+    let folder = TempDir::new().unwrap();
+    let (mut bench, got, _turn) = bench(folder.path());
+    let swapper = bench.runner.as_ref().unwrap().swapper();
+    bench.store(1);
+    bench.deliver(PATIENCE);
+    // Each opens once: as what comes, not as what comes back.
+    for name in ["second", "third", "fourth"] {
+        let sink = Once { opened: false, sink: Named::new(name, &got) };
+        assert_eq!(ended(&swapper.exchange("s", Box::new(sink), 0).unwrap()), Phase::Done);
+        bench.store(1);
+        bench.deliver(PATIENCE);
+    }
+    let back = |steps| ended(&swapper.rollback("s", steps).unwrap());
+    for steps in [2, 1, 2] {
+        assert_eq!(back(steps), Phase::Refused("it opens but once".into()), "{steps}");
+    }
+    // The first one opens always: it is still the third from the end.
+    assert_eq!(back(3), Phase::Done);
+    bench.store(1);
+    bench.deliver(PATIENCE);
+    assert_eq!(back(3), Phase::Refused("it opens but once".into()), "the second one");
+    let names: Vec<_> = got.lock().unwrap().iter().map(|(name, _)| *name).collect();
+    assert_eq!(names, ["old", "second", "third", "fourth", "old"]);
+    assert!(swapper.rollback("s", 4).is_err_and(|why| why.contains("1 to 3")));
+    bench.stop();
+}
+
+#[test]
+fn a_sink_that_panics_leaves_no_exchange_open_whatever_it_waits_for() {
+    let folder = TempDir::new().unwrap();
+    let (mut bench, _got, _turn) = bench(folder.path());
+    let swapper = bench.runner.as_ref().unwrap().swapper();
+    assert_eq!(ended(&swapper.exchange("s", Box::new(Panics), 0).unwrap()), Phase::Done);
+    // Those who call while it dies: each hears of an end, or is told that nobody is there.
+    bench.push(1);
+    let mut open = Vec::new();
+    wait_for(PATIENCE, "the sink ends", || match swapper.exchange("s", Box::new(Panics), 1_000) {
+        Ok(exchange) => {
+            open.push(exchange);
+            false
+        }
+        Err(why) => why.contains("has failed by itself"),
+    });
+    for exchange in open {
+        assert!(ended(&exchange).ended());
+    }
+    assert!(swapper.rollback("s", 1).is_err_and(|why| why.contains("has failed by itself")));
     bench.stop();
 }

@@ -3,15 +3,19 @@
 //! The components are those that `cargo xtask guests` made; without them the tests fail and say so.
 
 pub mod forge;
+mod log;
+mod running;
 pub mod soak;
+
+pub use log::{Log, Told};
+pub use running::Running;
 
 use latchwork_block::{Engine, EngineOptions};
 use latchwork_image::TagId;
 use latchwork_plant::assemble::{Options, Plant, Time, assemble};
 use latchwork_plant::check::{CheckOptions, check_file};
-use latchwork_plant::lane::Change;
-use latchwork_plant::run::{Control, Observer, Outcome, RunOptions, resolve_stimulus, run_virtual};
-use latchwork_record::{Kept, Kind, Record};
+use latchwork_plant::run::{Outcome, RunOptions, resolve_stimulus, run_virtual};
+use latchwork_record::{Kind, Record};
 use latchwork_retain::{Figures, Found, Memory, Retained, Vault};
 use std::collections::{BTreeMap, HashMap};
 use std::path::{Path, PathBuf};
@@ -174,7 +178,7 @@ impl Rig {
             plant.layout.tags.iter().map(|(id, t)| (id, (t.name.clone(), t.ty.clone()))).collect();
         let mut log = Log { kept: self.kept.clone(), ..Log::default() };
         let outcome = run_virtual(plant, &options, &AtomicBool::new(false), &mut log);
-        let row = |c: &Change| {
+        let row = |c: &latchwork_plant::lane::Change| {
             let (name, ty) = &types[&c.tag];
             (c.time, name.clone(), ty.format(c.cell))
         };
@@ -221,32 +225,5 @@ impl Ran {
     pub fn told(&self, kind: Kind) -> Vec<String> {
         let of_kind = self.records.iter().filter(|r| r.kind == kind);
         of_kind.map(|r| format!("{} ms {} {}", r.time / 1_000_000, r.source, r.transition)).collect()
-    }
-}
-
-#[derive(Default)]
-struct Log {
-    records: Vec<Record>,
-    kept: BTreeMap<String, String>,
-    changes: Vec<Change>,
-}
-
-impl Observer for Log {
-    fn record(&mut self, record: &Record, kept: &[Kept]) {
-        for Kept { name, value } in kept.iter().cloned() {
-            match value {
-                Some(value) => drop(self.kept.insert(name, value)),
-                None => drop(self.kept.remove(&name)),
-            }
-        }
-        self.records.push(record.clone());
-    }
-
-    fn change(&mut self, change: &Change) {
-        self.changes.push(*change);
-    }
-
-    fn tick(&mut self, _: u64) -> Control {
-        Control::Continue
     }
 }

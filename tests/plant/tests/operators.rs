@@ -1,13 +1,8 @@
 //! Operators at a running plant, by the machine's clock: every wish is answered, and on record with who and why.
 
-use latchwork_plant::assemble::Time;
-use latchwork_plant::operate::{AlarmRow, Answer, Console, Operation, Operator, Refused, TagRow};
-use latchwork_plant::run::{Control, MachineClock, Observer, RunOptions, run_real};
-use latchwork_record::{Kept, Kind, Record};
+use latchwork_plant::operate::{AlarmRow, Answer, Operation, Operator, Refused, TagRow};
+use latchwork_record::{Kind, Record};
 use latchwork_tests_plant::Rig;
-use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Arc, Mutex};
-use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
 const PLANT: &str = r#"
@@ -41,42 +36,15 @@ match = 'on\.commands\.auto-mode'
 code = 0xA080
 "#;
 
-#[derive(Clone, Default)]
-struct Log(Arc<Mutex<(Vec<Record>, Vec<Kept>)>>);
-
-impl Observer for Log {
-    fn record(&mut self, record: &Record, kept: &[Kept]) {
-        let mut log = self.0.lock().expect("a log");
-        log.0.push(record.clone());
-        log.1.extend_from_slice(kept);
-    }
-    fn change(&mut self, _: &latchwork_plant::lane::Change) {}
-    fn tick(&mut self, _: u64) -> Control {
-        Control::Continue
-    }
-}
-
-struct Running {
-    console: Console,
-    stop: Arc<AtomicBool>,
-    log: Log,
-    thread: Option<JoinHandle<()>>,
-}
+struct Running(latchwork_tests_plant::Running);
 
 impl Running {
     fn new(text: &str) -> Self {
-        let mut plant = Rig::new(text).trace(None).plant(Time::Real);
-        let (console, stop, log) = (plant.console(), Arc::new(AtomicBool::new(false)), Log::default());
-        let (ends, mut observer) = (Arc::clone(&stop), log.clone());
-        let thread = std::thread::spawn(move || {
-            run_real(plant, &RunOptions::default(), Arc::new(MachineClock::start()), &ends, &mut observer);
-        });
-        Self { console, stop, log, thread: Some(thread) }
+        Self(latchwork_tests_plant::Running::start(&Rig::new(text).trace(None)))
     }
 
     fn ask(&self, operation: Operation) -> Result<Answer, Refused> {
-        let operator = Operator { user: "anna".into(), origin: "cli".into(), reason: "commissioning".into() };
-        self.console.ask(operator, operation, None, Duration::from_secs(20))
+        self.0.ask(operation, "commissioning")
     }
 
     fn tag(&self, name: &str) -> TagRow {
@@ -101,12 +69,10 @@ impl Running {
         }
     }
 
-    /// Stops it; all records, and what they kept.
-    fn end(mut self) -> (Vec<Record>, Vec<Kept>) {
-        self.stop.store(true, Ordering::Relaxed);
-        self.thread.take().expect("a thread").join().expect("no panic");
-        let log = self.log.0.lock().expect("a log");
-        (log.0.clone(), log.1.clone())
+    /// Stops it; all records, and the names of what they kept.
+    fn end(self) -> (Vec<Record>, Vec<String>) {
+        let log = self.0.end();
+        (log.records, log.kept.into_keys().collect())
     }
 }
 
@@ -172,7 +138,7 @@ fn a_shift_of_work() {
     // What the policy forbids is not done, and on record.
     let operator = Operator { user: "eve".into(), origin: "api".into(), reason: String::new() };
     let force = Operation::Force { tag: text("field.a"), value: text("false") };
-    let forbidden = plant.console.ask(operator, force, Some("no right to force".into()), Duration::from_secs(20));
+    let forbidden = plant.0.console().ask(operator, force, Some("no right to force".into()), Duration::from_secs(20));
     assert_eq!(forbidden.expect_err("forbidden").reason, "forbidden");
 
     let Ok(Answer::Status(status)) = plant.ask(Operation::Status) else { panic!("no status") };
@@ -206,9 +172,7 @@ fn a_shift_of_work() {
     let forced = records.iter().find(|r| r.transition == "forced").expect("a force");
     assert_eq!(forced.text, "from cli; because commissioning");
     assert!(records.iter().filter(|r| r.kind == Kind::Alarm && r.transition == "raised").count() >= 2);
-    let names: Vec<_> = kept.iter().map(|k| k.name.as_str()).collect();
-    assert!(
-        names.contains(&"command/on.commands.auto-mode") && names.contains(&"setting/a.settings.delay"),
-        "{names:?}"
-    );
+    for name in ["command/on.commands.auto-mode", "setting/a.settings.delay"] {
+        assert!(kept.iter().any(|k| k == name), "{kept:?}");
+    }
 }

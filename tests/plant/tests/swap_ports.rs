@@ -1,17 +1,11 @@
 //! Versions with other ports than the plant was laid out with: by name in the lane, and with tags at once.
 
-use latchwork_plant::assemble::Time;
-use latchwork_plant::lane::Change;
-use latchwork_plant::operate::{Answer, Console, Operation, Operator, Refused};
-use latchwork_plant::run::{Control, Observer, RunOptions, run_virtual};
+use latchwork_plant::operate::{Answer, Operation, Refused};
 use latchwork_plant::swap::{Part, Stage, SwapOrder, SwapStatus, WayBack};
-use latchwork_record::{Kept, Kind, Record};
+use latchwork_record::{Kind, Record};
 use latchwork_tests_plant::Rig;
 use latchwork_tests_plant::forge::component;
-use std::collections::VecDeque;
-use std::sync::atomic::AtomicBool;
-use std::sync::mpsc::Receiver;
-use std::sync::{Arc, LazyLock};
+use std::sync::LazyLock;
 
 const MS: u64 = 1_000_000;
 
@@ -171,32 +165,6 @@ inputs.a = "unit.outputs.x"
 settings.gain = 10.0
 "#;
 
-/// Brings wishes at their times, and hears what comes of them.
-struct Script {
-    console: Console,
-    steps: VecDeque<(u64, Operation)>,
-    asked: Vec<Receiver<Result<Answer, Refused>>>,
-    records: Vec<Record>,
-}
-
-impl Observer for Script {
-    fn record(&mut self, record: &Record, _: &[Kept]) {
-        self.records.push(record.clone());
-    }
-
-    fn change(&mut self, _: &Change) {}
-
-    fn tick(&mut self, now: u64) -> Control {
-        while self.steps.front().is_some_and(|(time, _)| *time <= now) {
-            let Some((_, operation)) = self.steps.pop_front() else { break };
-            let operator = Operator { user: "anna".into(), origin: "cli".into(), reason: "a test".into() };
-            let told = self.console.bring(operator, operation, None, &Arc::new(AtomicBool::new(false)));
-            self.asked.push(told.expect("a plant that hears"));
-        }
-        Control::Continue
-    }
-}
-
 struct Told {
     answers: Vec<Result<Answer, Refused>>,
     records: Vec<Record>,
@@ -209,13 +177,9 @@ fn run(steps: Vec<(u64, Operation)>) -> Told {
 
 fn run_plant(text: &str, steps: Vec<(u64, Operation)>) -> Told {
     let rig = Rig::new(text).trace(None).with("first", &FIRST.component());
-    let mut plant = rig.plant(Time::Virtual);
     let steps = steps.into_iter().map(|(ms, operation)| (ms * MS, operation)).collect();
-    let mut script = Script { console: plant.console(), steps, asked: Vec::new(), records: Vec::new() };
-    let options = RunOptions { duration: Some(500 * MS), ..RunOptions::default() };
-    run_virtual(plant, &options, &AtomicBool::new(false), &mut script);
-    let answers = script.asked.iter().map(|told| told.try_recv().expect("every wish is answered")).collect();
-    Told { answers, records: script.records }
+    let (answers, log) = rig.operated(500 * MS, steps);
+    Told { answers, records: log.records }
 }
 
 fn read(tags: &[&str]) -> Operation {

@@ -36,8 +36,7 @@ struct Start<'a> {
     shadow: u64,
     #[serde(default)]
     tolerances: BTreeMap<String, f64>,
-    #[serde(default = "probation")]
-    probation: u64,
+    probation: Option<u64>,
     #[serde(default)]
     allow_lossy: bool,
     #[serde(default)]
@@ -54,14 +53,13 @@ struct Block<'a> {
     file: String,
     /// Base64.
     #[serde(borrow)]
-    component: Cow<'a, str>,
+    component: Option<Cow<'a, str>>,
+    /// Instead: the block before this one that gets the same component.
+    #[serde(rename = "same-as")]
+    same_as: Option<String>,
     #[serde(default)]
     settings: BTreeMap<String, Value>,
     expects: Option<String>,
-}
-
-fn probation() -> u64 {
-    1000
 }
 
 pub(super) async fn start(State(shared): State<Arc<Shared>>, caller: Caller, request: Request) -> Answered {
@@ -106,7 +104,9 @@ fn order(bytes: &[u8], limits: &Limits) -> Result<(SwapOrder, Option<String>), F
         let found = start.blocks.len();
         return Err(Failure::value(format!("`blocks` has {found} entries; expected 1 to {BLOCKS}")));
     }
-    for (name, found) in [("shadow", start.shadow), ("probation", start.probation)] {
+    let usual = |block: &Block<'_>| latchwork_plant::swap::usual_probation(&block.block);
+    let probation = start.probation.or_else(|| start.blocks.first().map(usual)).unwrap_or_default();
+    for (name, found) in [("shadow", start.shadow), ("probation", probation)] {
         if found > EXECUTIONS {
             return Err(Failure::value(format!("`{name}` is {found}; expected at most {EXECUTIONS} executions")));
         }
@@ -121,14 +121,17 @@ fn order(bytes: &[u8], limits: &Limits) -> Result<(SwapOrder, Option<String>), F
     let mut left = limits.components;
     for (at, block) in start.blocks.into_iter().enumerate() {
         let part = part(at, block, &parts)?;
-        left = left.checked_sub(part.bytes.len()).ok_or_else(|| limits.too_large())?;
+        // One component for several blocks counts once.
+        if !parts.iter().any(|p| Arc::ptr_eq(&p.bytes, &part.bytes)) {
+            left = left.checked_sub(part.bytes.len()).ok_or_else(|| limits.too_large())?;
+        }
         parts.push(part);
     }
     let order = SwapOrder {
         parts,
         shadow: start.shadow,
         tolerances,
-        probation: start.probation,
+        probation,
         allow_lossy: start.allow_lossy,
         dry_run: start.dry_run,
         save: start.save,
@@ -155,17 +158,39 @@ fn part(at: usize, block: Block<'_>, before: &[Part]) -> Result<Part, Failure> {
             name.escape_debug()
         )));
     }
-    let decoded = BASE64_STANDARD.decode(block.component.as_bytes());
-    let bytes = decoded.map_err(|e| Failure::value(format!("`{}` is no base64: {e}", field("component"))))?;
-    // The same component for several blocks is held once.
-    let same = before.iter().find(|p| *p.bytes == *bytes).map(|p| Arc::clone(&p.bytes));
+    let bytes = component(block.component.as_deref(), block.same_as.as_deref(), before, field)?;
     let settings = block.settings.into_iter().map(|(name, value)| {
         let tag = field(&format!("settings.{name}"));
         text(&tag, value).map(|value| (name, value))
     });
     let settings = settings.collect::<Result<_, _>>()?;
-    let (bytes, expects) = (same.unwrap_or_else(|| bytes.into()), block.expects);
-    Ok(Part { block: block.block, file: block.file, bytes, settings, expects })
+    Ok(Part { block: block.block, file: block.file, bytes, settings, expects: block.expects })
+}
+
+/// The component that was sent, or the one that another block gets, too; the same one for several blocks is held once.
+fn component(
+    sent: Option<&str>,
+    same_as: Option<&str>,
+    before: &[Part],
+    field: impl Fn(&str) -> String,
+) -> Result<Arc<[u8]>, Failure> {
+    let [component, reference] = ["component", "same-as"].map(field);
+    match (sent, same_as) {
+        (Some(text), None) => {
+            let bytes = BASE64_STANDARD.decode(text.as_bytes());
+            let bytes = bytes.map_err(|e| Failure::value(format!("`{component}` is no base64: {e}")))?;
+            let same = before.iter().find(|p| *p.bytes == *bytes).map(|p| Arc::clone(&p.bytes));
+            Ok(same.unwrap_or_else(|| bytes.into()))
+        }
+        (None, Some(name)) => before.iter().find(|p| p.block == name).map(|p| Arc::clone(&p.bytes)).ok_or_else(|| {
+            let name = name.escape_debug();
+            Failure::value(format!("`{reference}` is \"{name}\"; expected the name of a block before this one"))
+        }),
+        (Some(_), Some(_)) => {
+            Err(Failure::value(format!("`{component}` and `{reference}` are both given; expected one of them")))
+        }
+        (None, None) => Err(Failure::value(format!("neither `{component}` nor `{reference}` is given; expected one"))),
+    }
 }
 
 pub(super) async fn list(State(shared): State<Arc<Shared>>, caller: Caller, _: Query<Nothing>) -> Answered {

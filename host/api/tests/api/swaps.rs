@@ -58,6 +58,10 @@ fn an_order_arrives_with_all_that_was_asked_and_what_was_not_has_its_default() {
     };
     assert_eq!(found, Operation::Swap(Box::new(expected)));
     assert_eq!(serde_json::from_value::<SwapStatus>(answer).expect("a swap"), swap());
+
+    // A sink counts batches of records, of which there may be few.
+    let (found, ..) = operation_of("POST", "/v1/swaps", Some(json!({ "blocks": [block("sink.a", "b.wasm", b"x")] })));
+    assert!(matches!(&found, Operation::Swap(order) if order.probation == 3), "{found:?}");
 }
 
 #[test]
@@ -132,6 +136,8 @@ fn what_is_wrong_with_an_order_is_told_with_its_field_and_never_reaches_the_plan
         ("POST /v1/swaps", json!({ "blocks": [{ "block": "unit", "file": "x.wasm" }] })),
         ("POST /v1/swaps", json!({ "blocks": [{ "block": "unit", "file": "x.wasm", "component": "=x=" }] })),
         ("POST /v1/swaps", json!({ "blocks": [block("unit", "x.wasm", b""), block("unit", "y.wasm", b"")] })),
+        ("POST /v1/swaps", json!({ "blocks": [{ "block": "unit", "file": "x.wasm", "same-as": "unit" }] })),
+        ("POST /v1/swaps", json!({ "blocks": [{ "block": "a", "file": "x.wasm", "component": "", "same-as": "b" }] })),
         ("POST /v1/swaps", with("../x.wasm")),
         ("POST /v1/swaps", with(".wasm")),
         ("POST /v1/swaps", with("x.wasm\n")),
@@ -155,6 +161,22 @@ fn what_is_wrong_with_an_order_is_told_with_its_field_and_never_reaches_the_plan
     }
     insta::assert_snapshot!(all);
     assert_eq!(rig.wishes(), []);
+}
+
+#[test]
+fn a_component_for_several_blocks_is_sent_once_and_counts_once() {
+    let rig = rig(&[], Limits { components: 270_000, ..Limits::default() });
+    let mut blocks = vec![block("a", "a.wasm", &vec![1; 100_000]), block("b", "b.wasm", &vec![2; 100_000])];
+    for n in 0..9 {
+        blocks.push(json!({ "block": format!("a{n}"), "file": "a.wasm", "same-as": "a" }));
+    }
+    // The same bytes once more count no more either.
+    blocks.push(block("c", "c.wasm", &vec![2; 100_000]));
+    rig.client().upload::<Value>("/v1/swaps", json!({ "blocks": blocks }).to_string().into()).expect("it fits");
+    let Some(Operation::Swap(order)) = rig.wishes().pop().map(|w| w.operation) else { panic!("{:?}", rig.wishes()) };
+    let bytes = |n: usize| &order.parts[n].bytes;
+    assert_eq!((order.parts.len(), bytes(0).len()), (12, 100_000));
+    assert!((2..11).all(|n| Arc::ptr_eq(bytes(n), bytes(0))) && Arc::ptr_eq(bytes(11), bytes(1)), "held once");
 }
 
 #[test]

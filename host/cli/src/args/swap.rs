@@ -22,9 +22,10 @@ pub(crate) struct Swap {
     /// How far an output may be off in the shadow, in its own unit; a tag or a glob in quotes; may be repeated.
     #[arg(long, value_name = "TAG=NUMBER", value_parser = tolerance)]
     pub(crate) tolerance: Vec<(String, f64)>,
-    /// Executions after the exchange within which a fault puts the old version back.
-    #[arg(long, value_name = "N", default_value = "1000")]
-    pub(crate) probation: u64,
+    /// Executions after the exchange within which a fault puts the old version back, 1000 if nothing is said; of a sink,
+    /// batches of records, 3 if nothing is said.
+    #[arg(long, value_name = "N")]
+    pub(crate) probation: Option<u64>,
     /// A setting of the new version that is to be another than now, as in tank.settings.gain=1.5; may be repeated.
     #[arg(long = "set", value_name = "BLOCK.settings.NAME=VALUE", value_parser = setting)]
     pub(crate) settings: Vec<Setting>,
@@ -34,8 +35,8 @@ pub(crate) struct Swap {
     /// Do not ask; needed where nobody can be asked.
     #[arg(long, short)]
     pub(crate) yes: bool,
-    /// Only show what would change.
-    #[arg(long, conflicts_with_all = ["yes", "save", "shadow", "tolerance"])]
+    /// Only show what would change; with --save also whether it could be saved.
+    #[arg(long, conflicts_with_all = ["yes", "shadow", "tolerance"])]
     pub(crate) dry_run: bool,
     /// When the probation is over, copy the component into the plant's first component folder and name it in the plant file.
     #[arg(long)]

@@ -82,7 +82,7 @@ impl LaneWiring {
                     ready: None,
                     messages: Default::default(),
                     not_finite: 0,
-                    save_max: 0,
+                    saves: Default::default(),
                     taps: Default::default(),
                 }),
             });

@@ -89,8 +89,8 @@ pub struct Rest {
     pub messages: super::message::Budget,
     /// Executions with a value that was not finite.
     pub not_finite: u64,
-    /// Longest save of its state, ns.
-    pub save_max: u64,
+    /// What the last saves of its state took.
+    pub saves: super::Recent,
     /// Who listens.
     pub taps: super::Taps,
 }

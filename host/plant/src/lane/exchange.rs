@@ -7,7 +7,7 @@
 //!
 //! Everything it needs comes with it and goes back with it: nothing is made or freed in the lane, but what a fault has to say.
 
-use super::{Adapter, BlockState, Growth, Lane, Report, Tap, TapSlot};
+use super::{Adapter, BlockState, Growth, Lane, Recent, Report, Tap, TapSlot};
 use latchwork_block::upgrade::Transfer;
 use latchwork_block::{Fault, Instance};
 use latchwork_record::Text;
@@ -41,6 +41,7 @@ pub struct Standing {
     pub(super) strikes: u8,
     pub(super) restart_at: u64,
     pub(super) ready: Option<Instance>,
+    pub(super) saves: Recent,
 }
 
 impl Standing {
@@ -57,6 +58,7 @@ impl Standing {
             strikes: 0,
             restart_at: 0,
             ready: None,
+            saves: Recent::default(),
         }
     }
 }
@@ -365,6 +367,7 @@ impl Lane {
         std::mem::swap(&mut rest.strikes, &mut other.strikes);
         std::mem::swap(&mut rest.restart_at, &mut other.restart_at);
         std::mem::swap(&mut rest.ready, &mut other.ready);
+        std::mem::swap(&mut rest.saves, &mut other.saves);
         rest.taps.exchange(&mut part.tap);
         block.tapped = rest.taps.any();
         self.waiting.retain(|w| *w != index);

@@ -36,7 +36,7 @@ pub use interrupt::{
 };
 pub use report::Report;
 pub use request::{Configured, Mode, Reply, Request, RestartRequest};
-pub use save::{PUT_OFF, Save, SaveAnswer, SaveResult};
+pub use save::{PUT_OFF, Recent, Save, SaveAnswer, SaveResult};
 pub use statistics::Statistics;
 pub use status::Register;
 pub use tap::{Frame, State as TapState, Tap, TapReader, TapSlot, Taps, Timer, tap};

@@ -7,8 +7,30 @@ use super::{Lane, LaneState, Report};
 
 /// A state is put off for no longer than this, ns of plant time: a lane without any time left is late by one save then.
 pub const PUT_OFF: u64 = 1_000_000_000;
-/// What a first save is expected to take, ns.
+/// What a save is expected to take at least, ns.
 const FIRST: u64 = 10_000;
+/// Saves whose cost is remembered: one that was interrupted does not put later ones off for ever.
+const RECENT: usize = 8;
+
+/// What the last saves of a version took.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Recent {
+    took: [u64; RECENT],
+    at: usize,
+}
+
+impl Recent {
+    /// One more took so long, ns.
+    pub fn add(&mut self, took: u64) {
+        self.took[self.at] = took;
+        self.at = (self.at + 1) % RECENT;
+    }
+
+    /// The longest of the last eight, ns; 0 before the first.
+    pub fn longest(&self) -> u64 {
+        self.took.iter().copied().max().unwrap_or(0)
+    }
+}
 
 /// Wanted: the state of a block.
 pub struct Save {
@@ -82,8 +104,8 @@ impl Lane {
 
     fn save_waiting(&mut self, until: u64, clock: impl Fn() -> u64) {
         let now = clock();
-        let longest = |w: &Waiting| self.parts.blocks.get(w.save.block as usize).map_or(0, |b| b.rest.save_max);
-        // Twice what it has taken at most: the caches are cold, and it must not be the scan that pays.
+        let longest = |w: &Waiting| self.parts.blocks.get(w.save.block as usize).map_or(0, |b| b.rest.saves.longest());
+        // Twice what it has taken lately: the caches are cold, and it must not be the scan that pays.
         let in_time = |w: &Waiting| until.saturating_sub(now) >= longest(w).max(FIRST).saturating_mul(2);
         let Some(waiting) = self.saving.take_if(|w| in_time(w) || now.saturating_sub(w.since) >= PUT_OFF) else {
             return;
@@ -109,8 +131,7 @@ impl Lane {
                     SaveResult::Faulted
                 }
             };
-            let rest = &mut self.parts.blocks[save.block as usize].rest;
-            rest.save_max = rest.save_max.max(took);
+            self.parts.blocks[save.block as usize].rest.saves.add(took);
         }
         self.answer(SaveAnswer { save, result, time: now, took });
         if self.is_interrupt() {
@@ -122,5 +143,21 @@ impl Lane {
 
     fn answer(&mut self, saved: SaveAnswer) {
         self.send(Report::Saved(saved));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_a_save_took_counts_for_the_next_eight() {
+        let mut recent = Recent::default();
+        assert_eq!(recent.longest(), 0);
+        recent.add(9_000_000);
+        (0..RECENT - 1).for_each(|_| recent.add(5));
+        assert_eq!(recent.longest(), 9_000_000);
+        recent.add(7);
+        assert_eq!(recent.longest(), 7);
     }
 }

@@ -73,6 +73,9 @@ impl Plant {
         for (name, tell) in &self.desk.also {
             status[*name] = tell();
         }
+        if let Some(sinks) = status.get_mut("sinks") {
+            self.logger_rows(sinks);
+        }
         status
     }
 }

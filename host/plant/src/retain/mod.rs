@@ -5,20 +5,25 @@
 //!
 //! ```text
 //! round (every) ─► Request::Save ─► lane, between two scans ─► Report::Saved ─► states ─► Vault
-//! stop, swap ──────────────────────────────────────────────────────────────────┘
+//! after a swap ──┘                                                                │
+//! stop, before a swap ────────────────────────────────────────────────────────────┘
 //! ```
+//!
+//! What a swap wants saved goes before what a round has still before it, and is written as soon as it is there.
 
 mod end;
+mod pass;
 mod restore;
 mod status;
 
 use crate::assemble::Plant;
-use crate::lane::{LaneState, Request, Save, SaveAnswer, SaveResult};
+use crate::lane::{LaneState, Recent, Request, Save, SaveAnswer, SaveResult};
 use crate::layout::STATE;
 use crate::supervisor::Recipe;
 use latchwork_block::{Class, Component, upgrade};
 use latchwork_record::{Draft, Kind};
 use latchwork_retain::{Found, Retained, Saved as State, Trouble, Vault, Version};
+use pass::Pass;
 use std::sync::Arc;
 
 /// Time between two rounds, ns.
@@ -65,8 +70,8 @@ struct Member {
     number: u64,
     /// The cells that go to the lane and come back; `None` while they are there.
     cells: Option<Box<[u64]>>,
-    /// Longest save, ns.
-    longest: u64,
+    /// What its last saves took, ns.
+    took: Recent,
     /// Plant time of the last save, ns.
     saved: Option<u64>,
 }
@@ -82,26 +87,9 @@ impl Member {
             fields: class.retained.len(),
             number: recipe.version,
             cells: None,
-            longest: 0,
+            took: Recent::default(),
             saved: None,
         }
-    }
-}
-
-/// How far a lane is in a round.
-#[derive(Default)]
-struct Pass {
-    /// Its members.
-    members: Vec<usize>,
-    /// The member that is asked, or will be next; their number when all were.
-    at: usize,
-    /// It is asked now.
-    asked: bool,
-}
-
-impl Pass {
-    fn over(&self) -> bool {
-        self.at >= self.members.len()
     }
 }
 
@@ -126,11 +114,11 @@ impl Plant {
             })
         };
         let members: Vec<_> = model.blocks.iter().enumerate().filter_map(member).collect();
-        let mut passes: Vec<Pass> = model.lanes.iter().map(|_| Pass::default()).collect();
-        for (number, member) in members.iter().enumerate() {
-            passes[model.blocks[member.block].lane].members.push(number);
-        }
-        passes.iter_mut().for_each(|pass| pass.at = pass.members.len());
+        let of_lane = |lane| {
+            let of = |(number, member): (usize, &Member)| (model.blocks[member.block].lane == lane).then_some(number);
+            Pass::new(members.iter().enumerate().filter_map(of).collect())
+        };
+        let passes: Vec<_> = (0..model.lanes.len()).map(of_lane).collect();
         let states = self.take_over(found, &members);
         let changed = states.blocks.len() != found.retained.blocks.len();
         let every = model.retain_every;
@@ -155,20 +143,19 @@ impl Plant {
         if now >= keeping.next {
             // A lane that is slow does not keep the others from being kept.
             keeping.close_round();
-            // The grid stays; a round that came early, for a swap, is one more.
             keeping.next = (now / keeping.every.max(1)).saturating_add(1).saturating_mul(keeping.every);
             keeping.round = true;
-            keeping.passes.iter_mut().filter(|p| p.over()).for_each(|p| p.at = 0);
+            keeping.passes.iter_mut().for_each(Pass::begin);
         }
-        for (lane, pass) in keeping.passes.iter_mut().enumerate().filter(|(_, p)| !p.over()) {
+        for (lane, pass) in keeping.passes.iter_mut().enumerate().filter(|(_, p)| p.next().is_some()) {
             let state = LaneState::from_cell(self.regions[lane].cell(STATE));
             if matches!(state, LaneState::Stopped | LaneState::Faulted) {
-                (pass.at, pass.asked) = (pass.members.len(), false);
+                pass.end();
             }
-            while !pass.asked && !pass.over() {
-                let member = &mut keeping.members[pass.members[pass.at]];
+            while let Some(number) = pass.next().filter(|_| !pass.asked()) {
+                let member = &mut keeping.members[number];
                 if member.fields == 0 {
-                    pass.at += 1;
+                    pass.skip();
                     continue;
                 }
                 let cells = member.cells.take().unwrap_or_else(|| vec![0; member.fields].into());
@@ -177,7 +164,7 @@ impl Plant {
                     member.cells = Some(save.cells);
                     break;
                 }
-                pass.asked = true;
+                pass.ask();
             }
         }
         if keeping.round && keeping.passes.iter().all(Pass::over) {
@@ -193,21 +180,20 @@ impl Plant {
         let epoch = self.router.epoch();
         let Some(keeping) = &mut self.keeper.keeping else { return };
         let pass = &mut keeping.passes[lane];
-        let Some(number) = pass.members.get(pass.at).copied().filter(|_| pass.asked) else { return };
-        let member = &mut keeping.members[number];
-        if member.place != saved.save.block {
+        let Some(number) = pass.who_is_asked().filter(|n| keeping.members[*n].place == saved.save.block) else {
             return;
-        }
-        pass.asked = false;
-        if saved.result != SaveResult::Busy {
-            pass.at += 1;
-        }
+        };
+        let at_once = pass.answered(saved.result == SaveResult::Busy);
+        let member = &mut keeping.members[number];
         if saved.save.version != member.number {
             return;
         }
         if saved.result == SaveResult::Saved {
-            member.longest = member.longest.max(saved.took);
+            member.took.add(saved.took);
             keeping.set(number, &saved.save.cells, saved.time, epoch);
+            if at_once {
+                keeping.keep(false);
+            }
         }
         keeping.members[number].cells = Some(saved.save.cells);
     }
@@ -223,15 +209,17 @@ impl Plant {
         }
     }
 
-    /// Another version of a block, of which there is a recipe already, executes from now on: a round that begins at once
-    /// saves its state.
-    pub(crate) fn retain_version(&mut self, block: usize, component: &Component, now: u64) {
+    /// Another version of a block, of which there is a recipe already, executes from now on: its state is saved next, also
+    /// while a round is under way.
+    pub(crate) fn retain_version(&mut self, block: usize, component: &Component) {
         let recipe = &self.supervisor.recipes[block];
+        let lane = self.model.blocks[block].lane;
         let Some(keeping) = &mut self.keeper.keeping else { return };
-        let Some(member) = keeping.members.iter_mut().find(|m| m.block == block) else { return };
-        let Member { name, place, longest, saved, .. } = &*member;
-        *member = Member { longest: *longest, saved: *saved, ..Member::new(block, name, *place, component, recipe) };
-        keeping.next = keeping.next.min(now);
+        let Some(number) = keeping.members.iter().position(|m| m.block == block) else { return };
+        let member = &mut keeping.members[number];
+        let Member { name, place, saved, .. } = &*member;
+        *member = Member { saved: *saved, ..Member::new(block, name, *place, component, recipe) };
+        keeping.passes[lane].at_once(number);
     }
 }
 

@@ -12,7 +12,7 @@ impl Keeper {
             json!({
                 "name": member.name,
                 "fields": member.fields,
-                "save-max-ns": member.longest,
+                "save-max-ns": member.took.longest(),
                 "saved-ns": member.saved,
             })
         });

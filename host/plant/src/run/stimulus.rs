@@ -4,7 +4,7 @@ use crate::assemble::Plant;
 use crate::model::TagRef;
 use crate::operate::Operation;
 use crate::sim::{Action, Stimulus};
-use crate::swap::{Part, SwapOrder, WayBack};
+use crate::swap::{PROBATION, Part, SwapOrder, WayBack};
 use latchwork_image::{Type, nearest};
 use latchwork_io::stimulus::Stimulus as Row;
 use std::path::Path;
@@ -130,9 +130,6 @@ fn part(plant: &Plant, row: &Row, block: &str, file: &str) -> Result<Part, Strin
     let file = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
     Ok(Part { block: block.into(), file, bytes: bytes.into(), settings: Vec::new(), expects: None })
 }
-
-/// Executions of a probation that the row says nothing of.
-const PROBATION: u64 = 1000;
 
 /// What may be done to an alarm.
 const ALARM_WORDS: &str = "ack, reset, shelve 10m, unshelve, out-of-service or in-service";

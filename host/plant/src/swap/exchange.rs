@@ -89,7 +89,7 @@ impl Plant {
             let release = std::mem::replace(&mut history.current, release);
             let now_runs = history.current.component.clone();
             history.push(Earlier { release, recipe, state, instance: Home::default(), until: since });
-            self.retain_version(*block, &now_runs, now);
+            self.retain_version(*block, &now_runs);
             self.show_ports(*block);
             self.settings_swapped(*block, &swap.operator, swap.status.number, now);
         }
@@ -186,7 +186,7 @@ impl Plant {
                 let instance = Home::new(part.other.instance);
                 history.push(Earlier { release, recipe, state, instance, until });
             }
-            self.retain_version(*block, &runs_again, now);
+            self.retain_version(*block, &runs_again);
             self.show_ports(*block);
             self.settings_swapped(*block, &operator, number, now);
         }

@@ -13,9 +13,6 @@ use std::sync::Arc;
 use std::sync::atomic::Ordering;
 use std::sync::mpsc::channel;
 
-/// Largest component, bytes.
-const LARGEST: usize = 64 << 20;
-
 impl Plant {
     /// Takes an order; the answer tells its number, and what follows goes its way.
     pub(crate) fn swap(&mut self, order: &SwapOrder, operator: &Operator, now: u64) -> Result<Answer, Refused> {
@@ -30,17 +27,13 @@ impl Plant {
         }
         let mut job = self.job(parts, order.allow_lossy);
         job.shadow = order.shadow > 0 && !order.dry_run;
+        let keep: Vec<_> = order.parts.iter().filter(|_| order.save).map(Keep::of).collect();
+        job.save = order.save.then(|| self.trial(keep.clone(), order.dry_run));
         let mut swap = self.begin_swap(operator, lane, blocks, now);
         (swap.shadow, swap.probation, swap.dry_run) = (order.shadow, order.probation, order.dry_run);
         (swap.tolerances, swap.lossy) = (order.tolerances.clone(), order.allow_lossy);
-        if order.save && !order.dry_run {
-            let keep = |p: &super::Part| Keep {
-                block: p.block.clone(),
-                file: p.file.clone(),
-                bytes: Arc::clone(&p.bytes),
-                settings: Vec::new(),
-            };
-            swap.keep = order.parts.iter().map(keep).collect();
+        if !order.dry_run {
+            swap.keep = keep;
         }
         let files: Vec<_> = order.parts.iter().map(|p| p.file.clone()).collect();
         self.start_swap(swap, job, &files, now)
@@ -57,11 +50,7 @@ impl Plant {
             if blocks.contains(&block) {
                 return Err(Refused::new("value", format!("`{}` is named twice", part.block)));
             }
-            if part.bytes.len() > LARGEST {
-                let (found, most) = (part.bytes.len() >> 20, LARGEST >> 20);
-                let message = format!("`{}` has {found} MiB; a component of up to {most} MiB is taken", part.file);
-                return Err(Refused::new("value", message));
-            }
+            part.not_too_large()?;
             let (lane, other) = (self.model.blocks[blocks.first().copied().unwrap_or(block)].lane, block);
             if self.model.blocks[other].lane != lane {
                 let name = |lane: usize| &self.model.lanes[lane].name;
@@ -94,7 +83,12 @@ impl Plant {
             let message = format!("swap {number} of the same block is {stage}; wait for its end, or call it off");
             return Err(Refused::new("busy", message));
         }
-        if self.swaps.under_way.len() >= UNDER_WAY {
+        self.has_workers()
+    }
+
+    /// Refuses what would be one too many at once, of blocks and sinks together.
+    pub(super) fn has_workers(&self) -> Result<(), Refused> {
+        if self.swaps.under_way.len() + self.swaps.of_sinks.len() >= UNDER_WAY {
             return Err(Refused::new("busy", format!("{UNDER_WAY} swaps are under way; wait for the end of one")));
         }
         // A compiler cannot be stopped: what was called off counts until it has noticed.
@@ -121,7 +115,7 @@ impl Plant {
     pub(super) fn job(&self, parts: Vec<JobPart>, allow_lossy: bool) -> Job {
         let (engine, model) = (self.engine.clone(), Arc::clone(&self.model));
         let timed = self.time == Time::Real;
-        Job { engine, model, timed, uses: self.uses(), allow_lossy, shadow: false, parts }
+        Job { engine, model, timed, uses: self.uses(), allow_lossy, shadow: false, save: None, parts }
     }
 
     /// The component that a block runs.
@@ -250,7 +244,7 @@ impl Plant {
 
     /// Calls a swap off.
     pub(crate) fn cancel_swap(&mut self, number: u64, operator: &Operator, now: u64) -> Result<Answer, Refused> {
-        if let Some(answer) = self.cancel_sink(number) {
+        if let Some(answer) = self.cancel_sink(number, operator, now) {
             return answer;
         }
         let Some(at) = self.swaps.under_way.iter().position(|s| s.status.number == number) else {
@@ -281,8 +275,13 @@ impl Plant {
             swap.status.shadow = shadows.iter().map(Shadow::report).collect();
             self.end_shadows(swap.lane, shadows);
         }
+        let prepares = matches!(swap.phase, Phase::Preparing(..));
         self.tell_swap(&swap, "cancelled", "called off before the exchange", now);
+        // What is still prepared of it is wanted by nobody from here on, and goes nowhere.
         self.swaps.end(swap, Stage::Cancelled, format!("called off by {}", operator.user));
+        if prepares {
+            self.swaps.workers.leave();
+        }
         Ok(Answer::Done { done: vec![format!("swap {number} is called off")] })
     }
 }

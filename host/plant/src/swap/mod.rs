@@ -8,6 +8,7 @@
 
 mod broken;
 mod exchange;
+mod loggers;
 mod manage;
 mod order;
 mod ports;
@@ -25,7 +26,7 @@ mod turn;
 mod versions;
 mod workers;
 
-pub use order::{Part, SwapOrder, Tolerance, WayBack};
+pub use order::{PROBATION, Part, SINK_PROBATION, SwapOrder, Tolerance, WayBack, usual_probation};
 pub use shadow::{Candidate, Shadow, Verdict};
 pub use status::{BlockPlan, Deviation, FailedRun, ShadowReport, Stage, SwapStatus, Version};
 
@@ -64,6 +65,8 @@ pub struct Swaps {
     /// The sinks, if they work.
     sinks: Option<latchwork_sink::Swapper>,
     of_sinks: Vec<sinks::SinkSwap>,
+    /// By name of the sink, of kind `component`.
+    loggers: BTreeMap<String, loggers::Logger>,
 }
 
 /// A swap under way.

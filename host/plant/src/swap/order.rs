@@ -3,6 +3,17 @@
 use crate::operate::Refused;
 use std::sync::Arc;
 
+/// Executions of the probation of a block, if nothing is said.
+pub const PROBATION: u64 = 1000;
+/// Batches of the probation of a sink, if nothing is said: where records are rare each is a batch of its own and comes late, and
+/// a sink that has taken so many has opened, written and gone on.
+pub const SINK_PROBATION: u64 = 3;
+
+/// The probation of a block or `sink.NAME`, if nothing is said: executions, or batches.
+pub fn usual_probation(block: &str) -> u64 {
+    if block.starts_with(super::sinks::SINK) { SINK_PROBATION } else { PROBATION }
+}
+
 /// A swap: one block or several of one lane, all or none, in one scan.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SwapOrder {
@@ -12,7 +23,7 @@ pub struct SwapOrder {
     pub shadow: u64,
     /// Deviations of real outputs that the shadow does not count as differences.
     pub tolerances: Vec<Tolerance>,
-    /// Executions after the exchange within which a fault puts the old version back.
+    /// Executions after the exchange within which a fault puts the old version back; of a sink, batches of records.
     pub probation: u64,
     /// Retained fields whose values do not fit the new type are clamped instead of refusing the swap.
     pub allow_lossy: bool,
@@ -37,7 +48,23 @@ pub struct Part {
     pub expects: Option<String>,
 }
 
+/// Largest component, bytes.
+const LARGEST: usize = 64 << 20;
+
 impl Part {
+    /// Refuses what nobody would want compiled.
+    ///
+    /// # Errors
+    /// The component has more than 64 MiB.
+    pub(super) fn not_too_large(&self) -> Result<(), Refused> {
+        if self.bytes.len() <= LARGEST {
+            return Ok(());
+        }
+        let (found, most) = (self.bytes.len() >> 20, LARGEST >> 20);
+        let message = format!("`{}` has {found} MiB; a component of up to {most} MiB is taken", self.file);
+        Err(Refused::new("value", message))
+    }
+
     /// Refuses to take the place of another component than was expected.
     ///
     /// # Errors

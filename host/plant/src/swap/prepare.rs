@@ -3,6 +3,7 @@
 //! It runs on a thread of its own, or at virtual time where it was asked for; it touches nothing of the plant.
 
 use super::broken::{Uses, broken};
+use super::saving::{Objection, Trial};
 use super::versions::{Loan, Release};
 use super::{BlockPlan, Version};
 use crate::lane::Carry;
@@ -29,6 +30,8 @@ pub(super) struct Job {
     pub(super) shadow: bool,
     /// What is tried is timed: not at virtual time, where a run is the same on every machine.
     pub(super) timed: bool,
+    /// With `--save`.
+    pub(super) save: Option<Trial>,
     pub(super) parts: Vec<JobPart>,
 }
 
@@ -102,7 +105,7 @@ impl Job {
     pub(super) fn run(self, wanted: &dyn Fn() -> bool) -> Option<Prepared> {
         let (mut plans, mut ready, mut why) = (Vec::new(), Vec::new(), Vec::new());
         let several = self.parts.len() > 1;
-        let Self { engine, model, uses, allow_lossy, shadow, timed, parts } = self;
+        let Self { engine, model, uses, allow_lossy, shadow, timed, save, parts } = self;
         let context = Context { engine: &engine, model: &model, uses: &uses, allow_lossy, shadow, timed };
         for part in parts {
             if !wanted() {
@@ -116,6 +119,11 @@ impl Job {
                 Err(error) => why.push(error),
             }
             plans.extend(plan);
+        }
+        match save.map(|trial| trial.run(&engine)) {
+            Some(Err(Objection::Stops(error))) => why.push(error),
+            Some(Err(Objection::Note(note))) => plans.iter_mut().for_each(|plan| plan.notes.push(note.clone())),
+            Some(Ok(())) | None => {}
         }
         Some(Prepared { plans, ready: if why.is_empty() { Ok(ready) } else { Err(why.join("; ")) } })
     }

@@ -132,9 +132,38 @@ impl Saver {
         }
         saved
     }
+
+    /// Says beforehand what would keep it from being saved; nothing is written. What the end of the probation brings is not
+    /// seen: settings that run then, somebody who edits the file meanwhile, a disk that is full by then.
+    ///
+    /// # Errors
+    /// As of [`Self::save`].
+    pub fn try_save(&self, engine: &Engine, keep: &[Keep]) -> Result<(), SaveError> {
+        self.shared.lock().unwrap_or_else(PoisonError::into_inner).try_save(engine, keep)
+    }
 }
 
 impl Known {
+    fn try_save(&self, engine: &Engine, keep: &[Keep]) -> Result<(), SaveError> {
+        let path = self.path.canonicalize().map_err(|e| failed(&self.path, "read", e))?;
+        if !path.is_file() {
+            // Such as a pipe.
+            let message = "it is no file that could be written anew".into();
+            return Err(SaveError::Text { path: self.path.clone(), message });
+        }
+        let text = self.text()?;
+        let file = self.parse(&text)?;
+        let folders: Vec<_> = folders(&file, folder_of(&self.path)).into_iter().map(|(folder, _)| folder).collect();
+        for keep in keep {
+            self.place(&file, &keep.block)?;
+            if let (_, Some(file)) = component(&folders, folder_of(&self.path), keep)? {
+                may_write(folder_of(&file))?;
+            }
+        }
+        self.right(engine, &text)?;
+        may_write(folder_of(&path))
+    }
+
     fn save(&mut self, engine: &Engine, keep: &[Keep], made: &mut Vec<PathBuf>) -> Result<Vec<String>, SaveError> {
         // A link stays one.
         let path = self.path.canonicalize().map_err(|e| failed(&self.path, "read", e))?;
@@ -145,7 +174,14 @@ impl Known {
         let (mut edits, mut names, mut unsure) = (Vec::new(), Vec::new(), None);
         for keep in keep {
             let (span, now) = self.place(&file, &keep.block)?;
-            let name = component(&folders, folder_of(&self.path), keep, self.sync, made)?;
+            let (name, file) = component(&folders, folder_of(&self.path), keep)?;
+            if let Some(file) = file {
+                let folder = folder_of(&file);
+                std::fs::create_dir_all(folder).map_err(|e| failed(folder, "made", e))?;
+                made.push(file.clone());
+                let written = replace(&file, &keep.bytes).and_then(|()| (self.sync)(folder));
+                written.map_err(|e| failed(&file, "written", e))?;
+            }
             if now != name {
                 edits.push((span, toml::Value::String(name.clone()).to_string()));
             }
@@ -216,14 +252,8 @@ fn edited(text: &str, mut edits: Vec<(Span, String)>) -> String {
     new
 }
 
-/// The name by which a component is found from now on; it is written if it is not there yet.
-fn component(
-    folders: &[PathBuf],
-    beside: &Path,
-    keep: &Keep,
-    sync: ToDisk,
-    made: &mut Vec<PathBuf>,
-) -> Result<String, SaveError> {
+/// The name by which a component is found from now on, and the file that has to be written for it, if it is not there yet.
+fn component(folders: &[PathBuf], beside: &Path, keep: &Keep) -> Result<(String, Option<PathBuf>), SaveError> {
     let stem = keep.file.trim_end_matches(".wasm");
     if stem.is_empty() || stem.starts_with('.') || stem.contains(|c: char| c == '/' || c.is_control()) {
         return Err(SaveError::Name(keep.file.escape_debug().to_string()));
@@ -238,21 +268,26 @@ fn component(
         };
         let named = if folders.is_empty() { file.clone() } else { name };
         match there {
-            None => {
-                let folder = folders.first().map_or(beside, |f| f);
-                std::fs::create_dir_all(folder).map_err(|e| failed(folder, "made", e))?;
-                let path = folder.join(&file);
-                made.push(path.clone());
-                replace(&path, &keep.bytes).and_then(|()| sync(folder)).map_err(|e| failed(&path, "written", e))?;
-                return Ok(named);
-            }
+            None => return Ok((named, Some(folders.first().map_or(beside, |f| f).join(&file)))),
             Some(path) if std::fs::read(&path).map_err(|e| failed(&path, "read", e))? == *keep.bytes => {
-                return Ok(named);
+                return Ok((named, None));
             }
             Some(_) => {}
         }
     }
     Err(SaveError::Name(keep.file.clone()))
+}
+
+/// Whether files can be made in a folder, which may have to be made itself. Nothing is written.
+fn may_write(folder: &Path) -> Result<(), SaveError> {
+    use rustix::fs::{Access, AtFlags, CWD, accessat};
+    let there = folder.ancestors().map(|f| if f == Path::new("") { Path::new(".") } else { f }).find(|f| f.exists());
+    let there = there.unwrap_or(folder);
+    let allowed = match there.is_dir() {
+        true => accessat(CWD, there, Access::WRITE_OK | Access::EXEC_OK, AtFlags::EACCESS),
+        false => Err(rustix::io::Errno::NOTDIR),
+    };
+    allowed.map_err(|e| failed(there, "written", e.into()))
 }
 
 /// Puts a whole file in its place: what is there is the old one or the new one, also after a power cut. Which of them is known

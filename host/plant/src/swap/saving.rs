@@ -1,9 +1,11 @@
-//! `--save` at the end of a probation: on a thread of its own, as everything that waits for a disk.
+//! `--save`: tried before anything is exchanged, done at the end of a probation; on threads of their own, as everything that
+//! waits for a disk.
 
 use super::save::{Keep, Saver};
-use super::{Phase, Stage, Swap, Swaps};
+use super::{Part, Phase, Stage, Swap, Swaps};
 use crate::assemble::{Plant, Time};
 use latchwork_block::{Component, Engine};
+use std::sync::Arc;
 use std::sync::mpsc::{Receiver, TryRecvError, channel};
 
 /// A save under way.
@@ -16,6 +18,40 @@ pub(super) enum Saving {
 
 /// What was written, a sentence for each block; or why nothing was.
 pub(super) type Saved = Result<Vec<String>, String>;
+
+impl Keep {
+    /// What an order brings; its settings are known when it has run.
+    pub(super) fn of(part: &Part) -> Self {
+        let (block, file, bytes) = (part.block.clone(), part.file.clone(), Arc::clone(&part.bytes));
+        Self { block, file, bytes, settings: Vec::new() }
+    }
+}
+
+/// Whether what is ordered can be saved, as far as can be known beforehand.
+pub(super) struct Trial {
+    pub(super) saver: Saver,
+    pub(super) keep: Vec<Keep>,
+    /// Only a plan is wanted.
+    pub(super) dry_run: bool,
+}
+
+/// What a trial has found.
+pub(super) enum Objection {
+    /// What could not be saved is not exchanged either.
+    Stops(String),
+    /// For the plan.
+    Note(String),
+}
+
+impl Trial {
+    /// Finds out. It reads files: not for the plant's own thread.
+    pub(super) fn run(&self, engine: &Engine) -> Result<(), Objection> {
+        self.saver.try_save(engine, &self.keep).map_err(|why| match self.dry_run {
+            true => Objection::Note(format!("it could not be saved: {why}")),
+            false => Objection::Stops(format!("it could not be saved: {why}; leave --save out to swap all the same")),
+        })
+    }
+}
 
 impl Saving {
     /// What came of it, once it is over.
@@ -50,6 +86,11 @@ impl Plant {
     /// What writes into the plant file.
     pub(super) fn saver(&mut self) -> Saver {
         self.swaps.saver.get_or_insert_with(|| Saver::new(&self.model)).clone()
+    }
+
+    /// What finds out whether an order can be saved.
+    pub(super) fn trial(&mut self, keep: Vec<Keep>, dry_run: bool) -> Trial {
+        Trial { saver: self.saver(), keep, dry_run }
     }
 
     /// The new versions stay: they are saved if that was wanted, and the swap is done.

@@ -1,7 +1,7 @@
 //! Swaps of sinks of kind `component`: their own threads exchange them between two batches; here are orders, records and state.
 
 use super::save::Keep;
-use super::saving::Saving;
+use super::saving::{Objection, Saving};
 use super::{BlockPlan, Stage, SwapOrder, SwapStatus, Version};
 use crate::assemble::Plant;
 use crate::operate::{Answer, Operator, Refused};
@@ -19,9 +19,13 @@ const FAILED: u8 = 128;
 pub(super) struct SinkSwap {
     pub(super) status: SwapStatus,
     /// `sink.NAME`
-    name: String,
+    pub(super) name: String,
     operator: Operator,
     exchange: Exchange,
+    /// What runs, until there is a plan.
+    old: Option<latchwork_sink::Version>,
+    /// What is wrong with saving it, if only a plan is wanted.
+    note: std::sync::Arc<std::sync::OnceLock<String>>,
     /// Plant time of the order, ns.
     asked: u64,
     /// With `--save`.
@@ -35,10 +39,23 @@ pub(super) struct SinkSwap {
     back: bool,
 }
 
+impl SinkSwap {
+    /// Where it is, as the status of its sink says it.
+    pub(super) fn state(&self) -> &'static str {
+        match self.status.stage {
+            _ if self.saving.is_some() => "saving",
+            Stage::Probation => "probation",
+            Stage::Exchanging => "exchanging",
+            _ => "preparing",
+        }
+    }
+}
+
 impl Plant {
     /// The sinks that swaps may exchange: those that are at work.
     pub fn serve_sinks(&mut self, swapper: Swapper) {
         self.swaps.sinks = Some(swapper);
+        self.know_loggers();
     }
 
     /// Takes an order about a sink.
@@ -56,19 +73,33 @@ impl Plant {
         let (swapper, sink) = self.sink(&part.block)?;
         let old = swapper.version(sink);
         part.takes_place_of(old.as_ref().map_or("", |v| &v.hash))?;
-        let (exchange, new) = swapper
+        part.not_too_large()?;
+        self.has_workers()?;
+        let (exchange, preparation) = swapper
             .swap(sink, &part.file, &part.bytes, order.probation, order.dry_run)
             .map_err(|why| Refused::new("state", why))?;
         let mut swap = self.sink_swap(&part.block, exchange, operator, now);
+        let trial = order.save.then(|| self.trial(vec![Keep::of(part)], order.dry_run));
+        let (engine, note) = (self.engine.clone(), std::sync::Arc::clone(&swap.note));
+        let work = move || match trial.map(|trial| trial.run(&engine)) {
+            Some(Err(Objection::Stops(why))) => preparation.refuse(why),
+            Some(Err(Objection::Note(found))) => {
+                // It is there before the plan is.
+                let _ = note.set(found);
+                preparation.run();
+            }
+            Some(Ok(())) | None => preparation.run(),
+        };
+        // One that is not taken up ends its exchange.
+        self.swaps.workers.spawn(work).map_err(|why| Refused::new("busy", why))?;
         swap.dry_run = order.dry_run;
-        let notes = vec!["its cursor stays where it is: each record comes at least once from there".to_owned()];
-        swap.status.blocks.push(plan(&part.block, old, Some(new), notes));
+        swap.old = old;
         if order.save && !order.dry_run {
-            let (block, file) = (part.block.clone(), part.file.clone());
-            swap.keep = Some(Keep { block, file, bytes: std::sync::Arc::clone(&part.bytes), settings: Vec::new() });
+            swap.keep = Some(Keep::of(part));
         }
         if !order.dry_run {
-            self.tell_of_sink(&swap, "asked", &part.file, now);
+            let was = version(swap.old.clone()).short();
+            self.tell_asked_of_sink(&swap, &format!("{was} → {}", part.file), now);
         }
         Ok(self.follow_sink(swap))
     }
@@ -88,8 +119,9 @@ impl Plant {
         let takes_back = matches!(exchange.phase(), Phase::Probation { .. });
         let mut swap = self.sink_swap(name, exchange, operator, now);
         (swap.takes_back, swap.back) = (takes_back, true);
+        let (was, comes) = (version(old.clone()).short(), version(new.clone()).short());
         swap.status.blocks.push(plan(name, old, new, vec!["it goes on where the cursor stands".into()]));
-        self.tell_of_sink(&swap, "asked", &versions_back(steps), now);
+        self.tell_asked_of_sink(&swap, &format!("{was} → {comes}; {}", versions_back(steps)), now);
         Ok(self.follow_sink(swap))
     }
 
@@ -113,6 +145,8 @@ impl Plant {
             name: name.into(),
             operator: operator.clone(),
             exchange,
+            old: None,
+            note: Default::default(),
             asked: now,
             keep: None,
             saving: None,
@@ -142,6 +176,12 @@ impl Plant {
             return self.sink_saved(swap, now);
         }
         let phase = swap.exchange.phase();
+        let comes = swap.exchange.version().filter(|_| swap.status.blocks.is_empty() && phase != Phase::Preparing);
+        if let Some(new) = comes {
+            let mut notes = vec!["its cursor stays where it is: each record comes at least once from there".to_owned()];
+            notes.extend(swap.note.get().cloned());
+            swap.status.blocks.push(plan(&swap.name, swap.old.take(), Some(new), notes));
+        }
         if swap.status.stage == Stage::Preparing && phase != Phase::Preparing {
             swap.status.prepare_ns = now.saturating_sub(swap.asked);
         }
@@ -159,11 +199,14 @@ impl Plant {
             Phase::Done => (Stage::Done, String::new()),
             Phase::Refused(why) => (Stage::Refused, why),
             Phase::RolledBack(why) => (Stage::RolledBack, why),
-            Phase::Cancelled => (Stage::Cancelled, String::new()),
+            Phase::Cancelled => (Stage::Cancelled, format!("called off by {}", swap.operator.user)),
         };
         let went_in = matches!(stage, Stage::Probation | Stage::Done | Stage::RolledBack);
         if went_in && swap.status.exchanged_at == 0 {
             swap.status.exchanged_at = now;
+            let hash = swap.status.blocks.first().map(|plan| plan.new.hash.clone()).unwrap_or_default();
+            let brought = (!swap.back).then(|| (hash, swap.operator.user.clone()));
+            self.logger_changed(&swap.name, brought, now);
             // One that goes back is told of as such, when it is there.
             if !swap.back {
                 self.tell_of_sink(&swap, "exchanged", "between two batches", now);
@@ -180,7 +223,10 @@ impl Plant {
             Stage::Done if swap.back => self.tell_of_sink(&swap, "rolled-back", "between two batches", now),
             Stage::Done => self.tell_of_sink(&swap, "kept", "", now),
             Stage::Refused => self.tell_of_sink(&swap, "refused", &why, now),
-            Stage::RolledBack => self.tell_of_sink(&swap, "rolled-back", &why, now),
+            Stage::RolledBack => {
+                self.logger_changed(&swap.name, None, now);
+                self.tell_of_sink(&swap, "rolled-back", &why, now);
+            }
             Stage::Cancelled => self.tell_of_sink(&swap, "cancelled", "called off before the exchange", now),
             _ => {}
         }
@@ -199,6 +245,8 @@ impl Plant {
             None => return Some(swap),
             Some(Ok(sentences)) => {
                 swap.status.saved = true;
+                let hash = swap.status.blocks.first().map(|plan| plan.new.hash.clone()).unwrap_or_default();
+                self.logger_saved(&swap.name, hash);
                 self.tell_of_sink(&swap, "saved", &sentences.join("; "), now);
             }
             Some(Err(why)) => {
@@ -212,9 +260,21 @@ impl Plant {
     }
 
     /// Calls the swap of a sink off; `None` if it is none.
-    pub(super) fn cancel_sink(&mut self, number: u64) -> Option<Result<Answer, Refused>> {
-        let swap = self.swaps.of_sinks.iter().find(|s| s.status.number == number)?;
+    pub(super) fn cancel_sink(
+        &mut self,
+        number: u64,
+        operator: &Operator,
+        now: u64,
+    ) -> Option<Result<Answer, Refused>> {
+        let swap = self.swaps.of_sinks.iter_mut().find(|s| s.status.number == number)?;
+        let prepares = swap.exchange.phase() == Phase::Preparing;
         Some(if !swap.takes_back && swap.exchange.cancel() {
+            swap.operator = operator.clone();
+            if prepares {
+                self.swaps.workers.leave();
+            }
+            // Its end is known and on record at once.
+            self.sinks_turn(now);
             Ok(Answer::Done { done: vec![format!("swap {number} is called off")] })
         } else {
             let message = format!("swap {number} is in its sink already; take it back with `rollback {}`", swap.name);
@@ -222,14 +282,23 @@ impl Plant {
         })
     }
 
+    /// An order: what is to run.
+    fn tell_asked_of_sink(&mut self, swap: &SinkSwap, what: &str, at: u64) {
+        self.tell_text_of_sink(swap, "asked", format!(": {what}"), "", at);
+    }
+
     fn tell_of_sink(&mut self, swap: &SinkSwap, transition: &'static str, what: &str, at: u64) {
-        let mut draft = Self::did(at, Kind::Swap, &swap.name, transition, &swap.operator);
-        let remark = std::mem::take(&mut draft.text);
         let versions = swap.status.blocks.iter().map(|plan| match plan.new.hash.is_empty() {
             true => format!(": {}", plan.old.short()),
             false => format!(": {} → {}", plan.old.short(), plan.new.short()),
         });
-        draft.text = format!("swap {}{}", swap.status.number, versions.collect::<String>());
+        self.tell_text_of_sink(swap, transition, versions.collect(), what, at);
+    }
+
+    fn tell_text_of_sink(&mut self, swap: &SinkSwap, transition: &'static str, head: String, what: &str, at: u64) {
+        let mut draft = Self::did(at, Kind::Swap, &swap.name, transition, &swap.operator);
+        let remark = std::mem::take(&mut draft.text);
+        draft.text = format!("swap {}{head}", swap.status.number);
         for more in [what, &remark].into_iter().filter(|t| !t.is_empty()) {
             draft.text += &format!("; {more}");
         }
@@ -244,23 +313,24 @@ fn versions_back(steps: usize) -> String {
     if steps == 1 { "the version before".into() } else { format!("{steps} versions back") }
 }
 
+fn version(of: Option<latchwork_sink::Version>) -> Version {
+    let of = of.unwrap_or_default();
+    Version {
+        component: of.component,
+        hash: of.hash,
+        size: of.size,
+        class: CLASS.into(),
+        imports: of.imports,
+        path: "component".into(),
+    }
+}
+
 fn plan(
     name: &str,
     old: Option<latchwork_sink::Version>,
     new: Option<latchwork_sink::Version>,
     notes: Vec<String>,
 ) -> BlockPlan {
-    let version = |of: Option<latchwork_sink::Version>| {
-        let of = of.unwrap_or_default();
-        Version {
-            component: of.component,
-            hash: of.hash,
-            size: of.size,
-            class: CLASS.into(),
-            imports: of.imports,
-            path: "component".into(),
-        }
-    };
     BlockPlan {
         block: name.into(),
         old: version(old),

@@ -51,7 +51,7 @@ pub struct SwapStatus {
     pub asked: u64,
     /// What becomes what; empty until it is known.
     pub blocks: Vec<BlockPlan>,
-    /// Executions that the shadow or the probation has still before it.
+    /// Executions that the shadow or the probation has still before it, of a sink batches; 0 once it has ended.
     pub left: u64,
     /// What the shadow has seen so far, one per block.
     pub shadow: Vec<ShadowReport>,

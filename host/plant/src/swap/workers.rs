@@ -8,6 +8,8 @@ use thread_priority::{
 
 /// Most threads that compile.
 const MOST: usize = 4;
+/// Most times that what was called off is left to its threads: as many compilers may run beside the one that is wanted.
+const LEFT: usize = 2;
 /// The nicest that a thread can be, for where the idle class is refused.
 const NICE: i32 = 19;
 
@@ -16,7 +18,10 @@ const NICE: i32 = 19;
 pub(super) struct Workers {
     prepare: Option<ThreadPool>,
     save: Option<ThreadPool>,
+    /// What is prepared in the pool that is.
     unfinished: Arc<()>,
+    /// The same of pools that are none any more: their threads end with their work.
+    left: Vec<Arc<()>>,
 }
 
 impl Workers {
@@ -35,6 +40,17 @@ impl Workers {
         Ok(())
     }
 
+    /// Something is not wanted any more. A compiler that runs cannot be stopped: it is left alone with its threads, so that
+    /// what comes next does not wait for it; but only so many at once.
+    pub(super) fn leave(&mut self) {
+        self.left.retain(|of_pool| count(of_pool) > 0);
+        if count(&self.unfinished) > 0 && self.left.len() < LEFT {
+            self.left.push(std::mem::take(&mut self.unfinished));
+            // It ends when all that was given to it has ended.
+            self.prepare = None;
+        }
+    }
+
     /// Has a thread save something: that does not wait until something else is compiled.
     ///
     /// # Errors
@@ -46,8 +62,13 @@ impl Workers {
 
     /// What is being prepared or waits for that, wanted or not.
     pub(super) fn unfinished(&self) -> usize {
-        Arc::strong_count(&self.unfinished) - 1
+        count(&self.unfinished) + self.left.iter().map(count).sum::<usize>()
     }
+}
+
+/// Jobs that hold it.
+fn count(of_pool: &Arc<()>) -> usize {
+    Arc::strong_count(of_pool) - 1
 }
 
 /// A wish stands until it is dropped.
@@ -127,6 +148,42 @@ mod tests {
             std::thread::yield_now();
         }
         assert_eq!(workers.unfinished(), 0);
+    }
+
+    #[test]
+    fn what_was_called_off_is_not_waited_for_and_counts_until_it_ends() {
+        let mut workers = Workers::default();
+        let (go, wait) = channel::<()>();
+        let wait = Arc::new(std::sync::Mutex::new(wait));
+        // Each of them holds up the threads of its pool, as a compiler that runs for minutes does.
+        for stuck in 1..=LEFT {
+            for _ in 0..MOST {
+                let wait = Arc::clone(&wait);
+                workers.spawn(move || drop(wait.lock().map(|w| w.recv()))).expect("a thread");
+            }
+            workers.leave();
+            assert_eq!(workers.unfinished(), stuck * MOST);
+            let (done, next) = channel();
+            workers.spawn(move || done.send(()).expect("somebody waits")).expect("a thread");
+            next.recv_timeout(PATIENCE).expect("it does not wait for what was called off");
+            let begun = Instant::now();
+            while workers.unfinished() > stuck * MOST && begun.elapsed() < PATIENCE {
+                std::thread::yield_now();
+            }
+        }
+        // So many and no more.
+        let stuck = Arc::clone(&wait);
+        workers.spawn(move || drop(stuck.lock().map(|w| w.recv()))).expect("a thread");
+        workers.leave();
+        assert_eq!((workers.left.len(), workers.unfinished()), (LEFT, LEFT * MOST + 1));
+        drop(go);
+        let begun = Instant::now();
+        while workers.unfinished() > 0 && begun.elapsed() < PATIENCE {
+            std::thread::yield_now();
+        }
+        assert_eq!(workers.unfinished(), 0);
+        workers.leave();
+        assert!(workers.left.is_empty(), "what has ended is forgotten");
     }
 
     #[test]

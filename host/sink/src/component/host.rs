@@ -27,7 +27,8 @@ const SENTENCE: usize = 1000;
 pub(super) struct Host {
     grants: Grants,
     engine: Engine,
-    watch: Watch,
+    /// Started by the first call: its thread takes its priority from there, not from where this was compiled.
+    watch: Option<Watch>,
     /// Compiled at the first write: that may take seconds, and a plant does not wait for its loggers.
     code: Option<LoggerPre<World>>,
     runtime: Option<Runtime>,
@@ -55,11 +56,10 @@ impl Host {
             .async_stack_size(2 * STACK)
             .wasm_backtrace_max_frames(None);
         let engine = Engine::new(&config).map_err(|e| format!("the engine does not start: {e:#}"))?;
-        let watch = Watch::start(&engine).map_err(|e| format!("the system gives no thread: {e}"))?;
         let mut runtime = Builder::new_current_thread();
         let runtime = runtime.enable_all().max_blocking_threads(FILE_THREADS).build();
         let runtime = runtime.map_err(|e| format!("the system gives no thread for files: {e}"))?;
-        Ok(Self { grants, engine, watch, code: None, runtime: Some(runtime) })
+        Ok(Self { grants, engine, watch: None, code: None, runtime: Some(runtime) })
     }
 
     /// Does now what the first start would begin with.
@@ -70,6 +70,10 @@ impl Host {
     /// A new instance, opened.
     pub(super) fn start(&mut self) -> Result<Running, String> {
         let code = self.code()?;
+        if self.watch.is_none() {
+            let watch = Watch::start(&self.engine).map_err(|e| format!("the system gives no thread: {e}"))?;
+            self.watch = Some(watch);
+        }
         let mut store = Store::new(&self.engine, World::new(&self.grants)?);
         store.limiter(|world| &mut world.limiter);
         store.set_hostcall_fuel(HOST_CALL);
@@ -125,9 +129,11 @@ impl Host {
         budget: Duration,
         call: impl AsyncFnOnce(&mut Store<World>) -> wasmtime::Result<T>,
     ) -> Result<T, String> {
-        let Some(runtime) = &self.runtime else { return Err("the logger has ended".into()) };
+        let (Some(runtime), Some(watch)) = (&self.runtime, &self.watch) else {
+            return Err("the logger has ended".into());
+        };
         store.set_epoch_deadline(1);
-        let watching = self.watch.begin(budget);
+        let watching = watch.begin(budget);
         let done = runtime.block_on(async { tokio::time::timeout(budget, call(&mut *store)).await });
         drop(watching);
         match done {

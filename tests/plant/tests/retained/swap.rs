@@ -56,3 +56,28 @@ fn a_swap_keeps_the_state_before_it_and_at_once_that_of_the_new_version() {
     let next = plant().retained(ran.left()).run_for(S);
     assert_eq!(next.at("a.outputs.count", 0), "91");
 }
+
+#[test]
+fn a_swap_in_the_middle_of_a_round_keeps_both_states_at_once_too() {
+    // The round at 1 s asks `a`, `b` and `c` in three scans.
+    for order in (950..1060).step_by(10) {
+        let options = RunOptions {
+            duration: Some(1500 * MS),
+            stimulus: vec![swap(order * MS, "a", other())],
+            ..RunOptions::default()
+        };
+        let ran = plant().run(options);
+        let of = |r: &&latchwork_record::Record| r.source == "a" && r.transition == "exchanged";
+        let at = ran.records.iter().find(of).expect("it is exchanged").time;
+        let states: Vec<_> = ran.saves.iter().filter_map(|s| s.blocks.get("a")).collect();
+        let old = &states[0].version.hash;
+        let before = states.iter().rfind(|s| s.version.hash == *old).expect("the old one's");
+        assert!((at - 20 * MS..=at + 20 * MS).contains(&before.time), "{order}: {before:?}, exchanged at {at}");
+        let after = states.iter().find(|s| s.version.hash != *old).expect("the new one's");
+        assert!((at..=at + 40 * MS).contains(&after.time), "{order}: {after:?}, exchanged at {at}");
+        // The round goes on all the same, and is one.
+        let round = &ran.saves.iter().rfind(|s| s.blocks.contains_key("c")).expect("the round").blocks;
+        assert!(["b", "c"].iter().all(|b| round[*b].time >= S), "{order}");
+        assert_eq!(ran.figures.rounds, 1, "{order}");
+    }
+}

@@ -1,5 +1,6 @@
 //! Hot swap: another version of a block under a running plant. One test per rule.
 
+mod edges;
 mod exchange;
 mod operators;
 mod probation;

@@ -1,50 +1,11 @@
 //! Operators at work while blocks are swapped, at virtual time.
 
 use super::*;
-use latchwork_plant::assemble::Time;
-use latchwork_plant::lane::Change;
-use latchwork_plant::operate::{Answer, Console, Operation, Operator, Refused};
-use latchwork_plant::run::{Control, Observer, RunOptions, run_virtual};
+use latchwork_plant::operate::{Answer, Operation, Refused};
 use latchwork_plant::swap::{Part, Stage, SwapOrder, Tolerance, WayBack};
-use latchwork_record::{Kept, Record};
+use latchwork_record::Record;
 use latchwork_tests_plant::forge::Bad;
-use std::collections::{BTreeMap, VecDeque};
-use std::sync::Arc;
-use std::sync::atomic::AtomicBool;
-use std::sync::mpsc::Receiver;
-
-/// Brings wishes at their times, and hears what comes of them.
-struct Script {
-    console: Console,
-    wishes: VecDeque<(u64, Operation)>,
-    asked: Vec<Receiver<Result<Answer, Refused>>>,
-    records: Vec<Record>,
-    kept: BTreeMap<String, String>,
-}
-
-impl Observer for Script {
-    fn record(&mut self, record: &Record, kept: &[Kept]) {
-        self.records.push(record.clone());
-        for Kept { name, value } in kept.iter().cloned() {
-            match value {
-                Some(value) => drop(self.kept.insert(name, value)),
-                None => drop(self.kept.remove(&name)),
-            }
-        }
-    }
-
-    fn change(&mut self, _: &Change) {}
-
-    fn tick(&mut self, now: u64) -> Control {
-        while self.wishes.front().is_some_and(|(time, _)| *time <= now) {
-            let Some((_, operation)) = self.wishes.pop_front() else { break };
-            let operator = Operator { user: "anna".into(), origin: "cli".into(), reason: "a test".into() };
-            let told = self.console.bring(operator, operation, None, &Arc::new(AtomicBool::new(false)));
-            self.asked.push(told.expect("a plant that hears"));
-        }
-        Control::Continue
-    }
-}
+use std::collections::BTreeMap;
 
 struct Told {
     answers: Vec<Result<Answer, Refused>>,
@@ -54,14 +15,9 @@ struct Told {
 
 /// Runs a plant for 1 s with wishes at their times, ms.
 fn run(rig: &Rig, wishes: Vec<(u64, Operation)>) -> Told {
-    let mut plant = rig.plant(Time::Virtual);
     let wishes = wishes.into_iter().map(|(ms, operation)| (ms * MS, operation)).collect();
-    let console = plant.console();
-    let mut script = Script { console, wishes, asked: Vec::new(), records: Vec::new(), kept: BTreeMap::new() };
-    let options = RunOptions { duration: Some(S), ..RunOptions::default() };
-    run_virtual(plant, &options, &AtomicBool::new(false), &mut script);
-    let answers = script.asked.iter().map(|told| told.try_recv().expect("every wish is answered")).collect();
-    Told { answers, records: script.records, kept: script.kept }
+    let (answers, log) = rig.operated(S, wishes);
+    Told { answers, records: log.records, kept: log.kept }
 }
 
 impl Told {

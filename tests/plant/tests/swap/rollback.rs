@@ -70,6 +70,23 @@ fn a_version_that_cannot_save_any_more_can_still_be_left() {
 }
 
 #[test]
+fn a_version_on_probation_that_traps_when_it_is_taken_back_is_left_all_the_same() {
+    let rig = plant().with("v2", &Counter::new(2).bad(Bad::Save).component());
+    let rows = "1s,swap.count,v2.wasm probation=1000\n1.5s,rollback.count,1\n1.7s,rollback.count,1\n";
+    let ran = rig.stimulus(rows).run_for(2 * S);
+    let seen = |ms: u64| (ran.at("count.outputs.version", ms * MS), ran.at("count.outputs.count", ms * MS));
+    // The old one is back as it was, in the scan in which it was wanted.
+    assert_eq!((seen(1490), seen(1500)), (("2", "150"), ("1", "101")));
+    let why = text(&ran, "count", "trap");
+    assert!(why.contains("the version that goes could not save its state, which is lost"), "{why}");
+    assert_eq!(told(&ran)[2..6], ["1500 count trap", "1500 count asked", "1500 count rolled-back", "1700 count asked"]);
+    // Its instance has trapped and its state is lost: should it come again, it begins anew.
+    assert_eq!(seen(1750), ("2", "6"), "{:#?}", told(&ran));
+    assert_eq!(ran.outcome.lanes[0].statistics.scans, 200);
+    counts(&ran, "other", 200);
+}
+
+#[test]
 fn without_an_earlier_version_it_is_refused() {
     let ran = plant().stimulus("1s,rollback.count,1\n").run_for(2 * S);
     undisturbed(&ran, 200);

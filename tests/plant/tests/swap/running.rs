@@ -1,40 +1,16 @@
 //! Swaps by the machine's clock, through the operators' console.
 
 use super::*;
-use latchwork_plant::assemble::Time;
 use latchwork_plant::lane::Change;
-use latchwork_plant::operate::{Answer, Console, Operation, Operator, Refused};
-use latchwork_plant::run::{Control, MachineClock, Observer, RunOptions, run_real};
+use latchwork_plant::operate::{Answer, Operation, Refused};
 use latchwork_plant::swap::{Part, Stage, SwapOrder, SwapStatus, WayBack};
-use latchwork_record::{Kept, Record};
+use latchwork_record::Record;
 use latchwork_tests_plant::forge::Bad;
 use serde_json::Value;
-use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Arc, Mutex};
-use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
-#[derive(Clone, Default)]
-struct Log(Arc<Mutex<(Vec<Record>, Vec<Change>)>>);
-
-impl Observer for Log {
-    fn record(&mut self, record: &Record, _: &[Kept]) {
-        self.0.lock().expect("a log").0.push(record.clone());
-    }
-    fn change(&mut self, change: &Change) {
-        self.0.lock().expect("a log").1.push(*change);
-    }
-    fn tick(&mut self, _: u64) -> Control {
-        Control::Continue
-    }
-}
-
-struct Running {
-    console: Console,
-    stop: Arc<AtomicBool>,
-    log: Log,
-    thread: Option<JoinHandle<()>>,
-}
+/// A plant of two counters.
+struct Running(latchwork_tests_plant::Running);
 
 const PLANT: &str = "[lane.main]\nevery = \"5ms\"\nwatchdog = \"5s\"\n[block.count]\ncomponent = \"v1.wasm\"\n\
                      lane = \"main\"\nbudget = \"2s\"\n[block.other]\ncomponent = \"v1.wasm\"\nlane = \"main\"\n\
@@ -43,18 +19,11 @@ const PLANT: &str = "[lane.main]\nevery = \"5ms\"\nwatchdog = \"5s\"\n[block.cou
 impl Running {
     fn new() -> Self {
         let rig = Rig::new(PLANT).with("v1", &Counter::new(1).component()).trace(Some("count.outputs.count"));
-        let mut plant = rig.plant(Time::Real);
-        let (console, stop, log) = (plant.console(), Arc::new(AtomicBool::new(false)), Log::default());
-        let (ends, mut observer) = (Arc::clone(&stop), log.clone());
-        let thread = std::thread::spawn(move || {
-            run_real(plant, &RunOptions::default(), Arc::new(MachineClock::start()), &ends, &mut observer);
-        });
-        Self { console, stop, log, thread: Some(thread) }
+        Self(latchwork_tests_plant::Running::start(&rig))
     }
 
     fn ask(&self, operation: Operation) -> Result<Answer, Refused> {
-        let operator = Operator { user: "anna".into(), origin: "cli".into(), reason: "a new filter".into() };
-        self.console.ask(operator, operation, None, Duration::from_secs(60))
+        self.0.ask(operation, "a new filter")
     }
 
     fn swap(&self, order: SwapOrder) -> u64 {
@@ -94,10 +63,9 @@ impl Running {
         }
     }
 
-    fn end(mut self) -> (Vec<Record>, Vec<Change>) {
-        self.stop.store(true, Ordering::Relaxed);
-        self.thread.take().expect("a thread").join().expect("no panic");
-        std::mem::take(&mut *self.log.0.lock().expect("a log"))
+    fn end(self) -> (Vec<Record>, Vec<Change>) {
+        let log = self.0.end();
+        (log.records, log.changes)
     }
 }
 

@@ -35,3 +35,18 @@ fn a_fault_in_the_shadow_ends_it_without_effect() {
     assert_eq!(ran.told(Kind::Fault), [""; 0]);
     assert!(told(&ran)[2].ends_with("count refused"));
 }
+
+#[test]
+fn a_candidate_that_starts_cold_in_the_shadow_sees_what_it_would_see_in_the_lane() {
+    // It retains nothing: its first execution is its first, and nobody knows how long ago the one before was.
+    let cold = Counter { retained: None, default_step: 3, ..Counter::new(1) };
+    // The count stands still at 0, so that nothing else differs.
+    let rows = "0s,field.hold,true\n1s,swap.count,v2.wasm shadow=20\n2s,swap.count,v2.wasm probation=0\n";
+    let ran = plant().with("v2", &cold.component()).stimulus(rows).run_for(3 * S);
+    let why = text(&ran, "count", "refused");
+    assert!(why.contains("1 of 20 executions gave something else"), "{why}");
+    assert!(why.contains("outputs.elapsed") && why.contains("outputs.first"), "{why}");
+    let at = ran.records.iter().find(|r| r.transition == "exchanged").expect("the second one is").time;
+    let first = (ran.at("count.outputs.elapsed", at), ran.at("count.outputs.first", at));
+    assert_eq!(first, ("0", "true"), "so it is in the lane");
+}

@@ -88,33 +88,65 @@ impl Bench {
         state
     }
 
-    /// What the plant does beside its lanes.
     fn serve(&mut self) {
-        self.plant.serve(self.now);
-        self.plant.supervisor.pump();
-        self.plant.router.collect();
-        while let Some(turn) = self.plant.router.next(u64::MAX) {
-            let draft = match turn {
-                Turn::Entry(entry) => self.plant.router.draft(&entry),
-                Turn::Inserted(_, latchwork_plant::operate::Wish::Record(draft, _)) => *draft,
-                Turn::Inserted(..) => continue,
-            };
-            self.records.push(format!("{} {} {}", draft.source, draft.transition, draft.text));
-        }
+        serve(&mut self.plant, self.now, &mut self.records);
     }
 
     fn version(&self, block: usize) -> u64 {
-        let port =
-            self.plant.model.blocks[block].class.outputs.iter().position(|p| p.path == "version").expect("a port");
-        let mut view = self.plant.view(&[self.plant.layout.ids[&TagRef::Output { block, port }]]);
-        view.refresh();
-        view.cell(0)
+        output(&self.plant, block, "version")
     }
 
     fn told(&self, transition: &str) -> &str {
         let of = |r: &&String| r.split(' ').nth(1) == Some(transition);
         self.records.iter().find(of).unwrap_or_else(|| panic!("no {transition}: {:#?}", self.records))
     }
+}
+
+/// What a plant does beside its lanes; its records as `source transition text`.
+pub(super) fn serve(plant: &mut Plant, now: u64, records: &mut Vec<String>) {
+    plant.serve(now);
+    plant.supervisor.pump();
+    plant.router.collect();
+    while let Some(turn) = plant.router.next(u64::MAX) {
+        let draft = match turn {
+            Turn::Entry(entry) => plant.router.draft(&entry),
+            Turn::Inserted(_, latchwork_plant::operate::Wish::Record(draft, _)) => *draft,
+            Turn::Inserted(..) => continue,
+        };
+        records.push(format!("{} {} {}", draft.source, draft.transition, draft.text));
+    }
+}
+
+/// An output of a block as everybody sees it.
+pub(super) fn output(plant: &Plant, block: usize, name: &str) -> u64 {
+    let port = plant.model.blocks[block].class.outputs.iter().position(|p| p.path == name).expect("a port");
+    let mut view = plant.view(&[plant.layout.ids[&TagRef::Output { block, port }]]);
+    view.refresh();
+    view.cell(0)
+}
+
+#[test]
+fn an_order_that_is_being_prepared_is_over_at_once_when_it_is_called_off() {
+    let mut bench = Bench::with(&Counter::new(2), "");
+    bench.scan(1_000, 2_000);
+    // Nobody has asked the workers yet how far they are: they may be done, or not have begun.
+    for number in 1..=3 {
+        bench.order("0s,swap.count,v2.wasm\n");
+        let cancel = latchwork_plant::sim::Action::Operate(Operation::CancelSwap { number });
+        bench.plant.stimulate(&cancel, bench.now);
+    }
+    bench.order("0s,swap.count,v2.wasm probation=0\n");
+    bench.serve();
+    let told: Vec<_> = bench.records.iter().filter_map(|r| r.strip_prefix("count ")?.split(' ').next()).collect();
+    let called_off = ["asked", "cancelled"];
+    assert_eq!(told[..7], [&called_off[..], &called_off, &called_off, &["asked"]].concat(), "{:#?}", bench.records);
+    bench.until(|b| b.version(0) == 2, |b| b.scan(1_000, 2_000));
+    // What was prepared for the others goes nowhere.
+    for _ in 0..20 {
+        bench.scan(1_000, 2_000);
+    }
+    let exchanged: Vec<_> = bench.records.iter().filter(|r| r.contains(" exchanged ")).collect();
+    assert!(exchanged.len() == 1 && exchanged[0].contains("swap 4: "), "{exchanged:?}");
 }
 
 #[test]

@@ -35,7 +35,9 @@ pub(super) fn progress(status: &SwapStatus) -> String {
             let different: u64 = status.shadow.iter().map(|s| s.different).sum();
             format!("swap {number}: shadow {done}/{}, {different} different", done + status.left)
         }
+        Stage::Exchanging if of_sink(status) => format!("swap {number}: waits for the end of a batch"),
         Stage::Exchanging => format!("swap {number}: waits for the end of a scan"),
+        Stage::Probation if of_sink(status) => format!("swap {number}: on probation for {} batches", status.left),
         Stage::Probation => format!("swap {number}: on probation for {} executions", status.left),
         Stage::Done => {
             let now: Vec<_> = status.blocks.iter().map(|b| format!("{} runs {}", b.block, b.new.component)).collect();
@@ -47,6 +49,10 @@ pub(super) fn progress(status: &SwapStatus) -> String {
         Stage::RolledBack => format!("swap {number}: rolled back, the old version runs again with its state"),
         Stage::Cancelled => format!("swap {number}: cancelled, nothing was changed"),
     }
+}
+
+fn of_sink(status: &SwapStatus) -> bool {
+    status.blocks.iter().any(|b| b.block.starts_with("sink."))
 }
 
 /// A span with the digits that matter.

@@ -176,7 +176,8 @@ impl Worker {
         self.last = scan.now;
         let own = self.ins.len();
         self.mapping.arguments(arguments, &mut self.cells[..own]);
-        let scan = Scan { first: scan.first || std::mem::take(&mut self.cold), ..scan };
+        // As a cold start in the lane: nothing is known of the time before it.
+        let scan = if std::mem::take(&mut self.cold) { Scan { first: true, elapsed: 0, ..scan } } else { scan };
         let begun = self.timer.as_ref().map(|now| now());
         let result = self.instance.execute(scan, &self.ins, own as u32, &mut self.cells);
         if let Some((now, begun)) = self.timer.as_ref().zip(begun) {

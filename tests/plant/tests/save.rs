@@ -1,8 +1,9 @@
 //! `--save`: the plant file names what runs, and nothing else in it changes.
 
-use latchwork_block::{Component, Engine, EngineOptions};
+use latchwork_block::{Component, Engine};
 use latchwork_plant::check::{CheckOptions, check_file};
 use latchwork_plant::swap::save::{Keep, SaveError, Saver};
+use latchwork_tests_plant::component_folders;
 use std::os::unix::fs::{MetadataExt, PermissionsExt};
 use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
@@ -40,23 +41,13 @@ kind = "component"
 directory = "logs"
 # The end, without a line feed."#;
 
-fn target() -> PathBuf {
-    let exe = std::env::current_exe().expect("this program has a path");
-    let target = exe.ancestors().nth(3).expect("a test stands three folders below the build folder").to_path_buf();
-    assert!(target.join("components").is_dir(), "components are missing: run `cargo xtask guests` first");
-    target
-}
-
 fn engine() -> &'static Engine {
     static ENGINE: OnceLock<Engine> = OnceLock::new();
-    ENGINE.get_or_init(|| {
-        let cache = Some(target().join("test-cache"));
-        Engine::new(EngineOptions { cache, ..EngineOptions::default() }).expect("an engine")
-    })
+    ENGINE.get_or_init(latchwork_tests_plant::engine)
 }
 
 fn shipped(name: &str) -> Vec<u8> {
-    std::fs::read(target().join("components").join(format!("{name}.wasm"))).expect("a component")
+    std::fs::read(component_folders()[0].join(format!("{name}.wasm"))).expect("a component")
 }
 
 /// A plant whose file can be saved.
@@ -266,6 +257,48 @@ fn a_folder_that_cannot_be_written_changes_nothing() {
     let why = bench.save(&[keep("light", "slow.wasm", &shipped("tof"))]).expect_err("it cannot").to_string();
     assert!(why.contains("own") && why.contains("cannot be"), "{why}");
     assert_eq!(bench.text(), text);
+}
+
+#[test]
+fn what_would_keep_it_from_being_saved_is_known_beforehand_and_nothing_is_written() {
+    let bench = Bench::new(PLANT);
+    let slow = [keep("light", "slow.wasm", &shipped("tof"))];
+    let tries = |keep: &[Keep], expected: Option<&str>| {
+        let before = (bench.text(), bench.files());
+        let tried = bench.saver.try_save(engine(), keep).map_err(|e| e.to_string());
+        assert_eq!((bench.text(), bench.files()), before, "{tried:?}");
+        match expected {
+            Some(expected) => assert!(tried.as_ref().is_err_and(|why| why.contains(expected)), "{expected}: {tried:?}"),
+            None => assert_eq!(tried, Ok(())),
+        }
+    };
+    tries(&slow, None);
+    assert!(!bench.path("own").exists(), "the folder would be made");
+    tries(&[keep("light", "../x.wasm", b"x")], Some("is no name for a component"));
+    tries(&[keep("dark", "slow.wasm", b"x")], Some("no component of `dark`"));
+    bench.write("own", "no folder");
+    tries(&slow, Some("own cannot be written"));
+    std::fs::remove_file(bench.path("own")).expect("a file");
+    bench.write("plant.toml", PLANT.replace("'ton'", "'tof'"));
+    tries(&slow, Some("`light` has component \"tof\" in it, not \"ton\""));
+    bench.write("plant.toml", PLANT.replace("\"hall.button\"", "\"hall.buton\""));
+    tries(&slow, Some("the plant file would have errors"));
+    bench.write("plant.toml", PLANT);
+    // Root may write everywhere.
+    if std::fs::metadata("/proc/self").expect("this process").uid() != 0 {
+        let mode = |mode| {
+            std::fs::set_permissions(bench.path(""), std::fs::Permissions::from_mode(mode)).expect("a mode");
+        };
+        mode(0o500);
+        tries(&slow, Some("cannot be written"));
+        mode(0o700);
+    }
+    std::fs::remove_file(bench.path("plant.toml")).expect("a file");
+    assert!(matches!(bench.saver.try_save(engine(), &slow), Err(SaveError::File { what: "read", .. })));
+    // A pipe, as the plant file of one that was started from another program's output.
+    std::os::unix::fs::symlink("/dev/null", bench.path("plant.toml")).expect("a link");
+    let why = bench.saver.try_save(engine(), &slow).expect_err("it is no file").to_string();
+    assert!(why.contains("no file that could be written"), "{why}");
 }
 
 /// Blocks with a setting: in a table with a value, in one with another key, and in an inline table.
