@@ -1,7 +1,7 @@
 //! No shipped block and no example has anything that fuzzing finds. `LATCHWORK_FUZZ_SEED` takes another seed, `LATCHWORK_FUZZ_RUNS` another
 //! number of sequences: a search for an afternoon. Needs `cargo xtask guests`.
 
-use latchwork_block::{Engine, EngineOptions, LoadError, Ticker};
+use latchwork_block::{Engine, EngineOptions, FaultKind, LoadError, Ticker};
 use latchwork_testbed::case::Subject;
 use latchwork_testbed::fuzz::{Kind, Options, fuzz};
 use std::io::Write;
@@ -20,7 +20,7 @@ fn meant(block: &str) -> Vec<Kind> {
         // starts anew, and the first execution checks." What the operator sees and the references of the checks go over.
         "alarm-unit" | "analog-veracity" => vec![Kind::NotRestored],
         // The example of a version that is taken back: it traps in its 200th execution.
-        "pump-hours-3" => vec![Kind::Trap],
+        "pump-hours-3" => vec![Kind::Fault(FaultKind::Trap)],
         _ => Vec::new(),
     }
 }
