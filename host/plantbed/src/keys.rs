@@ -31,7 +31,7 @@ pub static FILE: Section = Section {
             "settings",
             Kind::Map(&Kind::Any),
             "",
-            "Settings that are written at the start of all cases, by tag; the others are those of the plant file.",
+            "Settings in the place of those of the plant file, by tag.",
         ),
     ],
 };
@@ -48,7 +48,7 @@ pub static CASE: Section = Section {
             "settings",
             Kind::Map(&Kind::Any),
             "",
-            "Settings written at the start, besides those of the file.",
+            "Settings in the place of those of the plant file, besides those above.",
         ),
     ],
 };

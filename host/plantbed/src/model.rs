@@ -27,7 +27,10 @@ pub struct Case {
     pub line: usize,
     /// Tags that the case speaks of, each with its type: two cells each, value and quality.
     pub(crate) watched: Vec<(String, Type)>,
-    pub(crate) start: Changes,
+    /// Input points at the start.
+    pub(crate) inputs: Vec<(String, u64)>,
+    /// In the place of those of the plant file.
+    pub(crate) settings: Vec<(String, u64)>,
     pub(crate) steps: Vec<Step>,
 }
 

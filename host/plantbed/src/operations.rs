@@ -25,31 +25,42 @@ pub(crate) fn input(checker: &mut Checker, tags: &Tags, said: &Said<'_>) -> Opti
     Some((tag.clone(), cell))
 }
 
-/// `settings`: written together, as text.
-pub(crate) fn settings(checker: &mut Checker, tags: &Tags, table: &DeTable<'_>) -> Option<Operation> {
-    let values = texts(checker, tags, table, "settings", Tags::set);
-    (!values.is_empty()).then_some(Operation::Set { values, write: true })
+/// `settings` of a case: in the place of those of the plant file.
+pub(crate) fn settings(checker: &mut Checker, tags: &Tags, table: &DeTable<'_>) -> Vec<(String, u64)> {
+    cells(checker, tags, table, "settings", Tags::set)
 }
 
-/// Tags of a table with their values as text, those for which `may` finds nothing wrong.
+type May = fn(&Tags, &mut Checker, &str, &Span) -> bool;
+
+/// Tags of a table with their values, those for which `may` finds nothing wrong.
+fn cells(checker: &mut Checker, tags: &Tags, table: &DeTable<'_>, name: &str, may: May) -> Vec<(String, u64)> {
+    let Some(given) = group(checker, table, name) else { return Vec::new() };
+    let mut list = Vec::new();
+    for said in tags.group().said(checker, given) {
+        let tag = &tags.all[said.port].path;
+        if may(tags, checker, tag, &said.span)
+            && let Some(cell) = tags.group().constant(checker, &said)
+        {
+            list.push((tag.clone(), cell));
+        }
+    }
+    list
+}
+
+/// The same with the values as text.
 pub(crate) fn texts(
     checker: &mut Checker,
     tags: &Tags,
     table: &DeTable<'_>,
     name: &str,
-    may: fn(&Tags, &mut Checker, &str, &Span) -> bool,
+    may: May,
 ) -> Vec<(String, String)> {
-    let Some(given) = group(checker, table, name) else { return Vec::new() };
-    let mut list = Vec::new();
-    for said in tags.group().said(checker, given) {
-        let port = &tags.all[said.port];
-        if may(tags, checker, &port.path, &said.span)
-            && let Some(cell) = tags.group().constant(checker, &said)
-        {
-            list.push((port.path.clone(), port.ty.format(cell)));
-        }
-    }
-    list
+    let text = |(tag, cell): (String, u64)| {
+        let ty = tags.all.iter().find(|p| p.path == tag).map(|p| &p.ty)?;
+        let text = ty.format(cell);
+        Some((tag, text))
+    };
+    cells(checker, tags, table, name, may).into_iter().filter_map(text).collect()
 }
 
 /// `force` and `unforce`.

@@ -1,7 +1,7 @@
 //! From the text of a test file to the cases of a plant, with everything that is wrong with it.
 
 use crate::keys;
-use crate::model::{Case, Changes, PlantTest};
+use crate::model::{Case, PlantTest};
 use crate::operations::{inputs, settings};
 use crate::steps::Steps;
 use crate::subject::{Subject, load};
@@ -33,8 +33,11 @@ pub(crate) fn read<'a>(
     options: &Options,
 ) -> (Option<PlantTest>, Vec<PathBuf>) {
     let start = 0..text.find('\n').unwrap_or(text.len());
-    let values = table(checker, &keys::FILE, root, &start, &["case", "inputs", "settings", "component"]);
-    if let Some(entry) = get(root, "component") {
+    let other = get(root, "component");
+    let own = ["case", "inputs", "settings", "component"];
+    let own = if other.is_some() { &own[..] } else { &own[..3] };
+    let values = table(checker, &keys::FILE, root, &start, own);
+    if let Some(entry) = other {
         let finding = Finding::error(&entry.key_span, "a test file has either a `component` or a `plant`");
         checker.add(finding.help("what else the component should do belongs into a file of its own"));
     }
@@ -93,7 +96,8 @@ fn text_of(value: &Value) -> Option<String> {
 #[derive(Clone, Default)]
 struct Start {
     tolerance: f64,
-    changes: Changes,
+    inputs: Vec<(String, u64)>,
+    settings: Vec<(String, u64)>,
 }
 
 impl Start {
@@ -104,8 +108,8 @@ impl Start {
             start.tolerance = read.unwrap_or(start.tolerance);
         }
         if let Some(tags) = tags {
-            start.changes.inputs.extend(inputs(checker, tags, table));
-            start.changes.wishes.extend(settings(checker, tags, table));
+            start.inputs.extend(inputs(checker, tags, table));
+            start.settings.extend(settings(checker, tags, table));
         }
         start
     }
@@ -135,9 +139,10 @@ fn case(
     if steps.list.is_empty() && checker.findings.len() == before {
         checker.add(Finding::error(span, "the case tests nothing").help("add a [[case.step]] or a [[case.table]]"));
     }
-    for (tag, _) in &start.changes.inputs {
+    for (tag, _) in &start.inputs {
         steps.watch(tag);
     }
     let (name, line) = (values.text("name")?.to_owned(), common.place.line(span));
-    Some(Case { name, line, watched: steps.watched, start: start.changes, steps: steps.list })
+    let (inputs, settings) = (start.inputs, start.settings);
+    Some(Case { name, line, watched: steps.watched, inputs, settings, steps: steps.list })
 }

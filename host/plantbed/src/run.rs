@@ -60,7 +60,7 @@ impl<'a> Run<'a> {
     fn case(&mut self) {
         let case = self.case;
         let Some(mut world) = self.start(0, Left::default()) else { return };
-        self.change(&mut world, &case.start, 0, None);
+        self.points(&mut world, &case.inputs, 0);
         for (number, step) in case.steps.iter().enumerate() {
             self.before(&mut world, step.at);
             if step.restart {
@@ -72,7 +72,7 @@ impl<'a> Run<'a> {
                 let Some(next) = self.start(step.at, left) else { return };
                 world = next;
             }
-            self.change(&mut world, &step.changes, step.at, Some(number));
+            self.change(&mut world, &step.changes, step.at, number);
             world.advance(step.at);
             self.seen(&mut world, step.at);
             self.judge(&mut world, step);
@@ -87,14 +87,14 @@ impl<'a> Run<'a> {
 
     /// Starts the plant with the input points as they are.
     fn start(&mut self, at: u64, left: Left) -> Option<World> {
-        match subject::start(&self.test.model, &self.test.engine) {
+        match subject::start_with(&self.test.model, &self.case.settings, &self.test.engine) {
             Ok(plant) => {
                 let mut world = World::start(plant, at, left);
                 self.points.iter().for_each(|(tag, cell)| world.set(tag, *cell, at));
                 Some(world)
             }
             Err(why) => {
-                // It did start when the file was checked.
+                // With the settings of the plant file it did, when the test was checked.
                 let mismatch = Mismatch { what: "plant".into(), expected: "a start".into(), got: why };
                 self.fail("start", self.case.line, at, vec![mismatch]);
                 None
@@ -118,14 +118,18 @@ impl<'a> Run<'a> {
         self.history.note(at, &self.cells);
     }
 
-    /// Changes points and brings wishes.
-    fn change(&mut self, world: &mut World, changes: &Changes, at: u64, step: Option<usize>) {
-        for (tag, cell) in &changes.inputs {
+    /// Changes points.
+    fn points(&mut self, world: &mut World, inputs: &[(String, u64)], at: u64) {
+        for (tag, cell) in inputs {
             world.set(tag, *cell, at);
             self.points.insert(tag.clone(), *cell);
         }
-        let refused = step.and_then(|step| self.case.steps[step].expect.refused.as_deref());
-        self.wishes.open(step, refused);
+    }
+
+    /// Changes points and brings wishes.
+    fn change(&mut self, world: &mut World, changes: &Changes, at: u64, step: usize) {
+        self.points(world, &changes.inputs, at);
+        self.wishes.open(step, self.case.steps[step].expect.refused.as_deref());
         for operation in &changes.wishes {
             let told = world.wish(operation.clone(), at);
             self.wishes.add(step, operation.name(), told);
@@ -135,11 +139,8 @@ impl<'a> Run<'a> {
     /// What the plant has answered by now; with `last`, what it has not is wrong, too.
     fn answers(&mut self, world: &mut World, at: u64, last: bool) {
         for (step, mismatch) in self.wishes.heard(world, last) {
-            let (label, line) = match step.map(|step| &self.case.steps[step]) {
-                Some(step) => (step.label.clone(), step.line),
-                None => ("start".into(), self.case.line),
-            };
-            self.fail(&label, line, at, vec![mismatch]);
+            let step = &self.case.steps[step];
+            self.fail(&step.label, step.line, at, vec![mismatch]);
         }
     }
 

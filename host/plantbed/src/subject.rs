@@ -44,6 +44,20 @@ pub(crate) fn load(
     }
 }
 
+/// The same with some settings in the place of those of the plant file.
+pub(crate) fn start_with(model: &Model, settings: &[(String, u64)], engine: &Engine) -> Result<Plant, String> {
+    let mut model = model.clone();
+    for block in &mut model.blocks {
+        let own = format!("{}.settings.", block.name);
+        for (path, cell) in settings.iter().filter_map(|(tag, cell)| Some((tag.strip_prefix(&own)?, cell))) {
+            if let Some(port) = block.class.settings.iter().position(|p| p.path == path) {
+                block.settings[port] = Some(*cell);
+            }
+        }
+    }
+    start(&model, engine)
+}
+
 /// The plant of a model, for virtual time.
 pub(crate) fn start(model: &Model, engine: &Engine) -> Result<Plant, String> {
     assemble(model.clone(), engine, &Options { time: Time::Virtual, trace: None }).map_err(|e| e.to_string())

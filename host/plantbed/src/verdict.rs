@@ -100,7 +100,7 @@ pub(crate) struct Wishes {
 }
 
 struct Wish {
-    step: Option<usize>,
+    step: usize,
     /// `command`, `swap`, …
     what: &'static str,
     state: Waits,
@@ -129,14 +129,14 @@ enum Became {
 
 impl Wishes {
     /// The wishes of a step begin.
-    pub(crate) fn open(&mut self, step: Option<usize>, refused: Option<&str>) {
-        if let Some((step, part)) = step.zip(refused) {
+    pub(crate) fn open(&mut self, step: usize, refused: Option<&str>) {
+        if let Some(part) = refused {
             self.refusals.push(Refusal { step, part: part.into(), met: false });
         }
     }
 
     /// A wish was brought.
-    pub(crate) fn add(&mut self, step: Option<usize>, what: &'static str, told: Result<Told, Refused>) {
+    pub(crate) fn add(&mut self, step: usize, what: &'static str, told: Result<Told, Refused>) {
         let told = told.unwrap_or_else(|refused| {
             let (to, told) = std::sync::mpsc::channel();
             // The receiver is there.
@@ -147,7 +147,7 @@ impl Wishes {
     }
 
     /// Hears what was answered; what is not as expected, by step. With `last`, nothing is waited for any longer.
-    pub(crate) fn heard(&mut self, world: &mut World, last: bool) -> Vec<(Option<usize>, Mismatch)> {
+    pub(crate) fn heard(&mut self, world: &mut World, last: bool) -> Vec<(usize, Mismatch)> {
         let mut wrong = Vec::new();
         for mut wish in std::mem::take(&mut self.open) {
             match became(wish.state, world, last) {
@@ -165,18 +165,18 @@ impl Wishes {
             }
         }
         let open = &self.open;
-        let over = |r: &Refusal| last || !open.iter().any(|w| w.step == Some(r.step));
+        let over = |r: &Refusal| last || !open.iter().any(|w| w.step == r.step);
         for refusal in self.refusals.extract_if(.., |r| over(r)).filter(|r| !r.met) {
             let expected = format!("a refusal with \"{}\"", refusal.part);
             let mismatch = Mismatch { what: "refused".into(), expected, got: "none".into() };
-            wrong.push((Some(refusal.step), mismatch));
+            wrong.push((refusal.step, mismatch));
         }
         wrong
     }
 
     /// A refusal, unless it was expected.
-    fn refused(&mut self, step: Option<usize>, what: &str, sentence: &str) -> Option<(Option<usize>, Mismatch)> {
-        let refusal = self.refusals.iter_mut().find(|r| Some(r.step) == step);
+    fn refused(&mut self, step: usize, what: &str, sentence: &str) -> Option<(usize, Mismatch)> {
+        let refusal = self.refusals.iter_mut().find(|r| r.step == step);
         let expected = match refusal {
             Some(refusal) if sentence.contains(&refusal.part) => {
                 refusal.met = true;

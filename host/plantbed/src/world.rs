@@ -1,6 +1,6 @@
 //! A plant under way, from the side of whoever tests it: points, wishes with their answers, what it tells.
 
-use latchwork_image::TagId;
+use latchwork_image::{Quality, TagId, View};
 use latchwork_plant::assemble::Plant;
 use latchwork_plant::lane::Change;
 use latchwork_plant::layout::Layout;
@@ -62,6 +62,8 @@ pub(crate) struct World {
     /// The layout that the watched tags were found in, and where they are.
     layout: Option<Arc<Layout>>,
     places: Vec<Option<TagId>>,
+    /// Of those that were found.
+    view: Option<View>,
 }
 
 impl World {
@@ -74,7 +76,7 @@ impl World {
         let console = plant.console();
         let log = Log { records: Vec::new(), kept: left.kept.clone() };
         let run = VirtualRun::begin(plant);
-        Self { run, console, vault, log, since, left, layout: None, places: Vec::new() }
+        Self { run, console, vault, log, since, left, layout: None, places: Vec::new(), view: None }
     }
 
     /// Stops the plant in order; what it leaves, and the records of its end.
@@ -131,15 +133,17 @@ impl World {
         }
     }
 
-    /// Values and qualities of tags, two cells each; whether there is a tag of that name.
+    /// Values and qualities of the watched tags, two cells each.
     pub(crate) fn look<'t>(&mut self, tags: impl Iterator<Item = &'t str>, cells: &mut Vec<u64>) {
         let plant = self.run.plant();
         if self.layout.as_ref().is_none_or(|seen| !Arc::ptr_eq(seen, &plant.layout)) {
             self.places = tags.map(|tag| plant.layout.tags.find(tag)).collect();
             self.layout = Some(Arc::clone(&plant.layout));
+            self.view = None;
         }
-        let found: Vec<_> = self.places.iter().flatten().copied().collect();
-        let view = plant.view(&found);
+        let places = &self.places;
+        let view = self.view.get_or_insert_with(|| plant.view(&places.iter().flatten().copied().collect::<Vec<_>>()));
+        view.refresh();
         cells.clear();
         let mut at = 0;
         for place in &self.places {
@@ -147,7 +151,7 @@ impl World {
                 cells.extend([view.cell(at), view.quality(at).cell()]);
                 at += 1;
             } else {
-                cells.extend([0, latchwork_image::Quality::Bad.cell()]);
+                cells.extend([0, Quality::Bad.cell()]);
             }
         }
     }

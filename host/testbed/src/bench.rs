@@ -1,65 +1,23 @@
 //! A component on a bench: set inputs, step, look at outputs. For tests of Rust authors inside `cargo test`.
 
-use crate::case::built;
-use latchwork_block::{
-    Class, Component, Engine, EngineOptions, Fault, Instance, Limits, LoadError, Port, Scan, Ticker,
-};
-use latchwork_image::{ParseValueError, Quality, Type, Value, nearest, parse_duration};
-use std::path::{Path, PathBuf};
+mod error;
+mod find;
+mod value;
+
+pub use error::BenchError;
+pub use value::{Given, Output};
+
+use error::hint;
+use find::find;
+use latchwork_block::{Class, Component, Engine, EngineOptions, Fault, Instance, Limits, Port, Scan, Ticker};
+use latchwork_image::{Quality, nearest, parse_duration};
 use std::sync::{Arc, LazyLock};
 use std::time::Duration;
+use value::cell;
 
 /// Period of the epoch, by which blocks that never end are stopped, and how many of them a call has.
 const TICK: Duration = Duration::from_millis(10);
 const TICKS: u64 = 100;
-
-/// What is in the way of a bench.
-#[derive(Debug, thiserror::Error)]
-pub enum BenchError {
-    /// There is no such component.
-    #[error("there is no component \"{name}\"; searched in {}", .searched.iter().map(|p| p.display().to_string()).collect::<Vec<_>>().join(", "))]
-    NotFound {
-        /// What was asked for.
-        name: String,
-        /// Where.
-        searched: Vec<PathBuf>,
-    },
-    /// It cannot be loaded.
-    #[error("{path}: {error}")]
-    Load {
-        /// Its place.
-        path: String,
-        /// Why.
-        error: LoadError,
-    },
-    /// It faulted before its first execution.
-    #[error(transparent)]
-    Fault(#[from] Fault),
-    /// It refuses its settings.
-    #[error("it refuses its settings: {0}")]
-    Refused(String),
-    /// The class has no such setting.
-    #[error("there is no setting `{name}`; {}", hint(.nearest.as_deref(), .has))]
-    NoSetting {
-        /// What was given.
-        name: String,
-        /// The setting whose name is nearest.
-        nearest: Option<String>,
-        /// Those there are.
-        has: Vec<String>,
-    },
-    /// A value that does not fit.
-    #[error("`{name}`: {error}")]
-    Value {
-        /// Of which port.
-        name: String,
-        /// Why.
-        error: ParseValueError,
-    },
-    /// A text that is no duration.
-    #[error(transparent)]
-    Duration(#[from] latchwork_image::DurationError),
-}
 
 /// A block on a bench. Time is virtual: every [`Bench::step`] moves it by the period.
 ///
@@ -103,19 +61,6 @@ pub struct Setup {
     class: Arc<Class>,
     settings: Vec<(usize, u64)>,
     every: u64,
-}
-
-/// A value as a test gives it: a bool, a number, or a text for durations (`"2s"`), enums and flags (`"a|b"`).
-#[derive(Clone, Debug, PartialEq)]
-pub struct Given(Value);
-
-/// A value that came out, with its quality; of a plain port it is good. Compares with bools, numbers and texts.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Output {
-    /// Value.
-    pub value: Value,
-    /// Quality.
-    pub quality: Quality,
 }
 
 impl Bench {
@@ -326,27 +271,6 @@ impl Setup {
     }
 }
 
-fn find(name: &str) -> Result<PathBuf, BenchError> {
-    if name.ends_with(".wasm") {
-        let path = PathBuf::from(name);
-        return if path.is_file() {
-            Ok(path)
-        } else {
-            Err(BenchError::NotFound { name: name.into(), searched: vec![path] })
-        };
-    }
-    let given = std::env::var_os("CARGO_TARGET_DIR").map(PathBuf::from);
-    let mut searched: Vec<_> = given
-        .iter()
-        .flat_map(|t| [t.join("components"), t.join("test-components")])
-        .chain(built(Path::new(".")))
-        .collect();
-    searched.push(PathBuf::from("."));
-    let file = format!("{name}.wasm");
-    let found = searched.iter().map(|f| f.join(&file)).find(|p| p.is_file());
-    found.ok_or_else(|| BenchError::NotFound { name: name.into(), searched })
-}
-
 /// A port and its first cell.
 #[track_caller]
 fn port<'c>(ports: &'c [Port], name: &str, what: &str) -> (usize, &'c Port) {
@@ -372,79 +296,4 @@ fn flag(names: &[String], name: &str, what: &str) -> u64 {
 fn missing(has: Vec<&str>, name: &str, what: &str) -> ! {
     let near = nearest(name, has.iter().copied());
     panic!("there is no {what} `{name}`; {}", hint(near, &has))
-}
-
-fn hint(nearest: Option<&str>, has: &[impl AsRef<str>]) -> String {
-    match nearest {
-        Some(near) => format!("did you mean `{near}`?"),
-        None if has.is_empty() => "the class has none".into(),
-        None => format!("there are {}", has.iter().map(AsRef::as_ref).collect::<Vec<_>>().join(", ")),
-    }
-}
-
-fn cell(ty: &Type, given: &Given) -> Result<u64, ParseValueError> {
-    let made = match (&given.0, ty) {
-        (Value::Boolean(b), Type::Bool) => Some(u64::from(*b)),
-        (Value::Integer(_), Type::Bool | Type::Enum(_) | Type::Flags(_) | Type::Duration) => None,
-        (Value::Integer(i), _) => ty.cell_from_integer(*i),
-        (Value::Real(r), _) => ty.cell_from_real(*r),
-        (Value::Text(text), Type::Duration | Type::Enum(_) | Type::Flags(_)) => return ty.parse(text),
-        _ => None,
-    };
-    made.ok_or_else(|| ty.refuse(given.0.to_string()))
-}
-
-impl From<bool> for Given {
-    fn from(b: bool) -> Self {
-        Self(Value::Boolean(b))
-    }
-}
-
-impl From<f64> for Given {
-    fn from(r: f64) -> Self {
-        Self(Value::Real(r))
-    }
-}
-
-impl From<&str> for Given {
-    fn from(text: &str) -> Self {
-        Self(Value::Text(text.into()))
-    }
-}
-
-impl From<i32> for Given {
-    fn from(i: i32) -> Self {
-        Self(Value::Integer(i.into()))
-    }
-}
-
-impl From<i64> for Given {
-    fn from(i: i64) -> Self {
-        Self(Value::Integer(i.into()))
-    }
-}
-
-impl From<u64> for Given {
-    fn from(i: u64) -> Self {
-        Self(Value::Integer(i.into()))
-    }
-}
-
-impl<T: Clone + Into<Given>> PartialEq<T> for Output {
-    fn eq(&self, other: &T) -> bool {
-        match (&self.value, other.clone().into().0) {
-            // A whole number is also how a real is written.
-            (Value::Real(r), Value::Integer(i)) => *r == i as f64,
-            (value, other) => *value == other,
-        }
-    }
-}
-
-impl std::fmt::Display for Output {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        match self.quality {
-            Quality::Good => write!(f, "{}", self.value),
-            quality => write!(f, "{} {quality}", self.value),
-        }
-    }
 }

@@ -60,6 +60,8 @@ fn of_the_file_and_its_component() {
         "component = \"core.wasm\"\n[[case]]\nname = \"c\"\nstep = [{}]",
         "component = \"two-classes\"\n[[case]]\nname = \"c\"\nstep = [{}]",
         "component = \"ton\"\nclass = \"latchwork:device/tof\"\n[[case]]\nname = \"c\"\nstep = [{}]",
+        "component = \"no-such-thing-at-all\"\n[[case]]\nname = \"c\"\nstep = [{}]",
+        "component = \"csv-days\"\n[[case]]\nname = \"c\"\nstep = [{}]",
         "component = 1\n[[case]]\nname = \"c\"\nstep = [{}]",
     ]
     .map(String::from)
@@ -139,6 +141,7 @@ fn of_values() {
             "inputs = { level = 1.5 }",
             "settings = { average = -1 }",
             "commands = [\"acknowlege\"]",
+            "commands = [\"go\"]",
             "expect = { alarms = [\"hi\"] }",
             "expect = { outputs = { value = { value = 1, quality = \"fine\" } } }",
             "expect = { outputs = { value = { value = 1, within = -0.5 } } }",
@@ -150,6 +153,8 @@ fn of_values() {
         &[
             "inputs = { mode = \"manuel\" }",
             "inputs = { drive = 1 }",
+            "inputs = { something-else = 1 }",
+            "expect = { state = { something-else = 1 } }",
             "inputs = { drive = { limits = { lo = 1 } } }",
             "inputs = { options = \"fast|loud\" }",
             "inputs = { i = 1e300 }",
@@ -204,7 +209,23 @@ fn of_tables() {
         "[[case.table]]\ncolumns = [\"at\"]\nrows = [[\"20ms\"], [\"10ms\"]]",
     ];
     let lines: Vec<_> = tables.iter().map(|t| format!("[[case]]\nname = \"c\"\n{t}")).collect();
-    let texts = of("ton", &lines.iter().map(String::as_str).collect::<Vec<_>>());
+    let mut texts = of("ton", &lines.iter().map(String::as_str).collect::<Vec<_>>());
+    // A class with commands, alarms and signals.
+    let rows = [
+        ("commands", "\"acknowlege\""),
+        ("commands", "\"go\""),
+        ("commands", "{}"),
+        ("alarms", "\"hi\""),
+        ("alarms.high", "\"on\""),
+        ("alarms.hihg", "true"),
+        ("outputs.value.quality", "\"fine\""),
+        ("settings.average", "\"few\""),
+        ("state.accepted", "\"much\""),
+    ];
+    let tables = rows.map(|(column, cell)| {
+        format!("[[case]]\nname = \"c\"\n[[case.table]]\ncolumns = [\"{column}\"]\nrows = [[{cell}]]")
+    });
+    texts.extend(of("alarm-unit", &tables.iter().map(String::as_str).collect::<Vec<_>>()));
     insta::assert_snapshot!("tables", messages(&texts));
 }
 

@@ -1,7 +1,8 @@
-//! Every test file of the project's blocks passes, and the families that have them have one for each block.
+//! Every test file of the project's blocks and example plants passes, and the families that have them have one for each block.
 
 use latchwork_block::Ticker;
-use latchwork_testbed::case::{Options, check_file};
+use latchwork_plantbed::check_file;
+use latchwork_testbed::case::Options;
 use latchwork_tests_plant::{component_folders, engine, target};
 use std::path::{Path, PathBuf};
 use std::time::Duration;
@@ -43,12 +44,12 @@ fn run(folder: &str) -> usize {
             continue;
         }
         let checked = check_file(&path, &engine, &Options { folders: folders.clone() });
-        let Some(file) = &checked.file else {
+        let Some(tests) = &checked.tests else {
             wrong += &checked.render(false);
             continue;
         };
-        for case in &file.cases {
-            let report = file.run(case, TICK.as_nanos() as u64);
+        for case in 0..tests.cases().len() {
+            let report = tests.run(case, TICK.as_nanos() as u64);
             cases += 1;
             for failure in &report.failures {
                 wrong += &format!("{}: {}\n{}", path.display(), report.name, failure.render(2));
@@ -66,7 +67,26 @@ fn the_tests_of_the_shipped_blocks_pass() {
 
 #[test]
 fn the_tests_of_the_examples_blocks_pass() {
-    assert!(run("examples/hot-swap") >= 6);
+    assert!(run("examples/hot-swap") >= 11);
+}
+
+#[test]
+fn the_tests_of_the_examples_plants_pass() {
+    for (plant, cases) in [("alarm-unit", 6), ("fast-interlock", 5)] {
+        assert!(run(&format!("examples/{plant}")) >= cases, "{plant}");
+    }
+}
+
+/// A plant that comes as an example comes with its test.
+#[test]
+fn every_example_plant_has_its_tests() {
+    for folder in std::fs::read_dir(root().join("examples")).expect("the examples") {
+        let folder = folder.expect("an example").path();
+        if folder.join("plant.toml").is_file() {
+            let file = folder.join("plant.test.toml");
+            assert!(file.is_file(), "{} is missing", file.display());
+        }
+    }
 }
 
 #[test]

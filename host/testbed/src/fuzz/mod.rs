@@ -13,16 +13,21 @@
 //! A seed repeats a search that is bounded by its number of sequences, but for what the machine's clock says.
 
 mod constants;
+mod difference;
+mod failure;
 mod generate;
+mod options;
 mod report;
 mod search;
 mod sequence;
 mod shrink;
 mod simple;
+mod sums;
 mod trial;
 mod values;
 mod write;
 
+pub use options::{Options, Progress};
 pub use report::{Finding, Kind, Report};
 pub(crate) use search::TOO_FEW;
-pub use search::{Options, Progress, fuzz};
+pub use search::fuzz;

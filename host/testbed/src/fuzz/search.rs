@@ -1,7 +1,9 @@
 //! The search: sequence after sequence, until the number or the time is over.
 
 use super::constants::Constants;
+use super::difference::{classify, differs, grows, last_execution};
 use super::generate::Generator;
+use super::options::{Options, Progress};
 use super::report::{Finding, Kind, Report};
 use super::sequence::{Sequence, Step};
 use super::shrink::shrink;
@@ -27,54 +29,6 @@ const LATE_TRIES: u32 = 150;
 const STOPPED: u64 = 50_000_000;
 /// Settings that are tried until the block takes some.
 const SETTINGS: u32 = 500;
-
-/// How to search.
-#[derive(Clone, Debug)]
-pub struct Options {
-    /// The same seed makes the same sequences.
-    pub seed: u64,
-    /// Sequences to try; `None`: until the time is over.
-    pub sequences: Option<u64>,
-    /// Time to search by the clock, ns; shrinking what was found comes on top. Without this and `sequences` a thousand
-    /// sequences are tried.
-    pub time: Option<u64>,
-    /// Longest execution, ns.
-    pub budget: u64,
-    /// Most linear memory, bytes.
-    pub memory: u64,
-    /// Period of the engine's ticker, ns.
-    pub tick: u64,
-    /// What is meant to be so, and is not told.
-    pub ignored: Vec<Kind>,
-}
-
-impl Default for Options {
-    /// A thousand sequences of seed 0; a budget of 1 ms, 4 MiB; a ticker of 10 ms.
-    fn default() -> Self {
-        Self {
-            seed: 0,
-            sequences: None,
-            time: None,
-            budget: 1_000_000,
-            memory: 4 << 20,
-            tick: 10_000_000,
-            ignored: Vec::new(),
-        }
-    }
-}
-
-/// How far a search is.
-#[derive(Clone, Copy, Debug)]
-pub struct Progress {
-    /// Since its begin, ns of the clock.
-    pub time: u64,
-    /// Sequences tried.
-    pub sequences: u64,
-    /// Executions done.
-    pub executions: u64,
-    /// Things found.
-    pub findings: usize,
-}
 
 /// Searches for what is wrong with a block. `clock` gives the machine's time in ns from anywhere on; the engine must be ticked
 /// once in `options.tick` meanwhile. `progress` is called after every sequence and may end the search.
@@ -384,64 +338,6 @@ fn tries(sequence: &Sequence) -> u32 {
     (8_000_000 / sequence.executions().max(1)).clamp(80, 2000) as u32
 }
 
-/// What the last execution of a sequence took, ns; `None` when it never ended.
-fn last_execution(probe: &mut Trial<'_>, sequence: &Sequence) -> Option<u64> {
-    let last = sequence.steps.len() - 1;
-    probe.watched = Some((last, sequence.steps[last].repeat - 1));
-    let ran = probe.run(sequence, Twin::default());
-    probe.watched = None;
-    match ran {
-        Err(failure) if failure.kind == Kind::Budget => None,
-        _ => Some(probe.watched_ns),
-    }
-}
-
-/// Memory grew in each of the last `periods` doublings of the executions.
-fn grows(memory: &[u64], power: u32, periods: u32) -> bool {
-    let at = |power: u32| memory.get(power as usize);
-    (power - periods + 1..=power).all(|p| at(p).zip(at(p - 1)).is_some_and(|(now, before)| now > before))
-}
-
-/// Two instances differ: whether by themselves, or because one was disturbed.
-fn classify(probe: &mut Trial<'_>, sequence: &Sequence, failure: &Failure) -> (Kind, Twin) {
-    if failure.kind != Kind::NotDeterministic {
-        return (failure.kind, Twin::default());
-    }
-    let mut differ = |told| matches!(probe.run(sequence, told), Err(f) if f.kind == Kind::NotDeterministic);
-    let all = Twin { saves: true, refusals: true };
-    if differ(all) {
-        return (Kind::NotDeterministic, all);
-    }
-    let (saves, refusals) = (Twin { refusals: false, ..all }, Twin { saves: false, ..all });
-    if differ(saves) {
-        return (Kind::RefusalDisturbs, saves);
-    }
-    let told = if differ(refusals) { refusals } else { Twin::default() };
-    // What cannot be had again was never the same.
-    let kind = if differ(told) { Kind::SaveDisturbs } else { Kind::NotDeterministic };
-    (kind, told)
-}
-
-/// Outputs differ, in a sentence.
-fn differs(probe: &Trial<'_>, failure: &Failure, kind: Kind) -> String {
-    let names = write::output_names(probe.class());
-    let list: Vec<_> = probe.differing(failure).into_iter().map(|i| names[i].as_str()).collect();
-    let (list, one) = (list.join(", "), list.len() == 1);
-    let verb = if one { "is" } else { "are" };
-    match kind {
-        Kind::NotRestored => {
-            format!(
-                "after a restart {list} {verb} not what it would be without: `retained` lacks something, or restore forgets it"
-            )
-        }
-        Kind::SaveDisturbs => format!("{list} {verb} otherwise once its state was saved: `save` must change nothing"),
-        Kind::RefusalDisturbs => {
-            format!("{list} {verb} otherwise once it refused settings: those before must stay in force as they were")
-        }
-        _ => format!("{list} {verb} not the same in two instances that were told the same"),
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -480,13 +376,5 @@ mod tests {
         assert!(finding.case.as_deref().is_some_and(|c| c.contains("# By chance it may pass.")));
         // Each is the same as itself.
         assert_eq!(Search::new([&off, &off], &options, &|| 0).run(&mut |_| ControlFlow::Continue(())).findings, []);
-    }
-
-    #[test]
-    fn memory_grows_for_ever_only_if_it_grew_in_every_doubling() {
-        assert!(grows(&[1, 1, 2, 4], 3, 2));
-        assert!(!grows(&[1, 2, 4, 4], 3, 2));
-        assert!(!grows(&[1, 2, 2, 4], 3, 2));
-        assert!(!grows(&[1, 2], 3, 2), "too short to tell");
     }
 }

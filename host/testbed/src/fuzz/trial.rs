@@ -1,14 +1,18 @@
 //! One sequence, done to a block, its twin and the one that is restored.
 
+use super::failure::{different, equal, fault, same_cells};
 use super::report::Kind;
 use super::sequence::{Sequence, Step};
 use super::values::real;
 use hdrhistogram::Histogram;
-use latchwork_block::{Class, Fault, FaultKind, Instance, Limits, Scan, Template};
+use latchwork_block::{Class, Fault, Instance, Limits, Scan, Template};
 use latchwork_image::Type;
 
 /// Longest time that is told apart, ns.
 const HOUR: u64 = 3_600_000_000_000;
+
+pub(super) use super::failure::Failure;
+pub(super) use super::sums::{Longest, Sums};
 
 /// What the twin is told, besides what all are.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -17,40 +21,6 @@ pub(super) struct Twin {
     pub(super) saves: bool,
     /// It gets settings that the first refused.
     pub(super) refusals: bool,
-}
-
-/// Where and how a sequence went wrong.
-#[derive(Clone, Debug)]
-pub(super) struct Failure {
-    pub(super) kind: Kind,
-    pub(super) message: String,
-    /// Step and execution of the step; `None`: before the first.
-    pub(super) place: Option<(usize, u32)>,
-    /// Output cells as they should be and as they were; nothing after a fault.
-    pub(super) expected: Vec<u64>,
-    pub(super) got: Vec<u64>,
-}
-
-/// The longest execution of a sequence.
-#[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Longest {
-    pub(super) ns: u64,
-    pub(super) step: usize,
-    pub(super) execution: u32,
-}
-
-/// Sums over all sequences.
-#[derive(Debug)]
-pub(super) struct Sums {
-    pub(super) executions: u64,
-    /// How long executions took, ns. Their mean would be that of the machine's other work.
-    pub(super) times: Histogram<u32>,
-    pub(super) restarts: u64,
-    pub(super) taken: u64,
-    pub(super) refused: u64,
-    pub(super) memory: u64,
-    /// By output cell: NaN came out; NaN came out of finite inputs and settings.
-    pub(super) nan: Vec<(bool, bool)>,
 }
 
 /// Does sequences.
@@ -340,27 +310,4 @@ struct Run {
     finite: bool,
     /// Executions.
     done: u64,
-}
-
-/// Zeros are equal whatever their sign, and so is all that is no number: nothing that a plant sees.
-fn equal(ty: &Option<Type>, a: u64, b: u64) -> bool {
-    a == b
-        || ty.as_ref().is_some_and(|ty| {
-            let (a, b) = (real(ty, a), real(ty, b));
-            a == b || (a.is_nan() && b.is_nan())
-        })
-}
-
-fn same_cells(ports: &[latchwork_block::Port], a: &[u64], b: &[u64]) -> bool {
-    let real = |ty: &Type| Some(ty.clone()).filter(|ty| matches!(ty, Type::F32 | Type::F64));
-    ports.iter().zip(a.iter().zip(b)).all(|(port, (a, b))| equal(&real(&port.ty), *a, *b))
-}
-
-fn fault(fault: &Fault, place: Option<(usize, u32)>, before: &str) -> Failure {
-    let kind = if fault.kind == FaultKind::Budget { Kind::Budget } else { Kind::Fault(fault.kind) };
-    Failure { kind, message: format!("{before}{fault}"), place, expected: Vec::new(), got: Vec::new() }
-}
-
-fn different(kind: Kind, message: &str, place: Option<(usize, u32)>) -> Failure {
-    Failure { kind, message: message.into(), place, expected: Vec::new(), got: Vec::new() }
 }
