@@ -4,6 +4,7 @@
 //! `LATCHWORK_LANGUAGES=c,zig` restricts the tests to some; `LATCHWORK_BLESS=1` writes the table of docs/languages.md.
 
 mod figures;
+mod kept;
 mod projects;
 
 use latchwork_author::{ClassChoice, Language, shipped_classes};
@@ -19,9 +20,7 @@ fn class(name: &str) -> ClassChoice {
 
 /// The languages of this run.
 fn languages() -> Vec<Language> {
-    let chosen = std::env::var("LATCHWORK_LANGUAGES").ok();
-    let is = |l: &Language| chosen.as_ref().is_none_or(|c| c.split(',').any(|n| n == l.name()));
-    Language::ALL.into_iter().filter(is).collect()
+    Language::ALL.into_iter().filter(|l| kept::wanted(*l)).collect()
 }
 
 /// The source of an example's block, below the project's folder.
@@ -40,7 +39,7 @@ fn the_same_blocks_in_every_language_pass_the_same_tests() {
             let made = match built(language, block, &class(block), &sources) {
                 Outcome::Built(made) => made,
                 Outcome::Missing(why) => {
-                    projects::skip(&why);
+                    kept::skip(&why);
                     continue;
                 }
             };
@@ -81,7 +80,7 @@ fn first_test(language: Language, name: &str) {
             let folder = made.path.parent().expect("a folder");
             run_tests(&folder.join(format!("{name}.test.toml")), folder);
         }
-        Outcome::Missing(why) => projects::skip(&why),
+        Outcome::Missing(why) => kept::skip(&why),
     }
 }
 
@@ -92,7 +91,7 @@ fn a_clock_shows_plant_time_and_random_numbers_are_a_fixed_sequence() {
     let own = ClassChoice::Own { folder: wit, class: None };
     let made = match built(Language::Cpp, "clock", &own, &sources) {
         Outcome::Built(made) => made,
-        Outcome::Missing(why) => return projects::skip(&why),
+        Outcome::Missing(why) => return kept::skip(&why),
     };
     assert!(made.imports.is_empty(), "{:?}", made.imports);
     run_tests(
