@@ -3,10 +3,11 @@
 use crate::kept;
 use latchwork_author::{AuthorError, ClassChoice, Language, build, create};
 use latchwork_block::{Engine, EngineOptions, Ticker};
-use latchwork_testbed::case::{Options, check_file};
+use latchwork_testbed::case::{Options, Subject, check_file};
+use latchwork_testbed::fuzz;
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 use tempfile::TempDir;
 
 /// Period of the engine's ticks.
@@ -49,6 +50,16 @@ pub(crate) fn engine() -> Engine {
 
 /// Writes a project, puts `sources` over it, and builds it unless that was done before.
 pub(crate) fn built(language: Language, name: &str, class: &ClassChoice, sources: &[(String, String)]) -> Outcome {
+    attempt(language, name, class, sources).unwrap_or_else(|e| panic!("{name} in {}: {e}", language.title()))
+}
+
+/// The same, where the build may be refused.
+pub(crate) fn attempt(
+    language: Language,
+    name: &str,
+    class: &ClassChoice,
+    sources: &[(String, String)],
+) -> Result<Outcome, AuthorError> {
     // One at a time: they share packages, and the machine has few cores.
     static ONE: Mutex<()> = Mutex::new(());
     let _one = ONE.lock().unwrap_or_else(PoisonError::into_inner);
@@ -64,22 +75,22 @@ pub(crate) fn built(language: Language, name: &str, class: &ClassChoice, sources
     match made {
         Ok(kept::Kept { imports, took }) => {
             let path = project.folder.join(format!("{name}.wasm"));
-            Outcome::Built(Made { path, imports, took, _parent: parent })
+            Ok(Outcome::Built(Made { path, imports, took, _parent: parent }))
         }
-        Err(missing @ AuthorError::MissingTool { .. }) => Outcome::Missing(missing.to_string()),
-        Err(e) => panic!("{name} in {}: {e}", language.title()),
+        Err(missing @ AuthorError::MissingTool { .. }) => Ok(Outcome::Missing(missing.to_string())),
+        Err(e) => Err(e),
     }
 }
 
-/// Runs a test file on the component of a folder.
-pub(crate) fn run_tests(file: &Path, folder: &Path) {
+/// Runs a test file on the component of a folder; `memory` if it is to have more than the file says.
+pub(crate) fn run_tests(file: &Path, folder: &Path, memory: Option<u64>) {
     let engine = engine();
     let _ticker = Ticker::start(&engine, TICK);
     let mut checked = check_file(file, &engine, &Options { folders: vec![folder.to_path_buf()] });
     let shown = checked.render(false);
     let Some(tests) = &mut checked.file else { panic!("{}: {shown}", folder.display()) };
-    // Interpreters bring their own heap.
-    tests.memory = 256 << 20;
+    tests.memory = memory.unwrap_or(tests.memory);
+    // A busy machine is not what is tested here.
     tests.budget = 10_000_000_000;
     assert!(!tests.cases.is_empty(), "{} has no case", file.display());
     for case in &tests.cases {
@@ -87,4 +98,28 @@ pub(crate) fn run_tests(file: &Path, folder: &Path) {
         let failures: String = report.failures.iter().map(|f| f.render(2)).collect();
         assert!(report.passed, "{}: {}\n{failures}", folder.display(), report.name);
     }
+}
+
+/// Fuzzes the component for `sequences`, always the same; it finds nothing.
+pub(crate) fn fuzz(path: &Path, sequences: u64) {
+    let engine = engine();
+    let _ticker = Ticker::start(&engine, TICK);
+    let component = engine.load_file(path).unwrap_or_else(|e| panic!("{}: {e}", path.display()));
+    let class = component.class(None).expect("one class");
+    let template = component.template(&class).expect("a template");
+    let subject = Subject { component, class, template };
+    let options = fuzz::Options {
+        seed: 1,
+        sequences: Some(sequences),
+        // What a busy machine does not miss three times in the same place, and what interpreters need.
+        budget: 100_000_000,
+        memory: 64 << 20,
+        tick: TICK.as_nanos() as u64,
+        ..fuzz::Options::default()
+    };
+    let begun = Instant::now();
+    let clock = || begun.elapsed().as_nanos() as u64;
+    let report = fuzz::fuzz(&subject, &options, &clock, &mut |_| {});
+    assert!(report.findings.is_empty(), "{}: {:#?}", path.display(), report.findings);
+    assert_eq!(report.sequences, sequences, "{}", path.display());
 }
