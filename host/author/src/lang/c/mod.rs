@@ -99,7 +99,7 @@ const FLAGS: &[&str] = &[
 pub(super) fn step(block: &Block, dialect: Dialect) -> Step {
     let output = format!("build/{}.wasm", block.name);
     let mut command = match dialect {
-        Dialect::C => vec!["clang-19", "-std=c11"],
+        Dialect::C => vec!["clang-19", "-std=gnu11"],
         Dialect::Cpp => vec!["clang++-19", "-std=c++20", "-fno-exceptions", "-fno-rtti"],
     };
     command.extend(FLAGS);

@@ -42,7 +42,11 @@ fn block(language: Language, what: &str) -> Result<Box<dyn Fn() -> Instance>, No
     let made = match attempt(language, "asking", &own, &[(language.source().to_owned(), text)]) {
         Ok(Outcome::Built(made)) => made,
         Ok(Outcome::Missing(why)) => return Err(NoAnswer::Missing(why)),
-        Err(_) => return Err(NoAnswer::Refused),
+        Err(_) => {
+            // It is what is asked for that does not build.
+            assert!(matches!(attempt(language, "asking", &own, &[]), Ok(Outcome::Built(_))), "{language:?}");
+            return Err(NoAnswer::Refused);
+        }
     };
     assert!(made.imports.is_empty(), "{language:?}: {:?}", made.imports);
     let engine = engine();
