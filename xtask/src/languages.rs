@@ -1,6 +1,7 @@
 //! `cargo xtask languages`: blocks in every language, built by its own tool, tested by one set of tests, measured.
 //!
-//! The work is a test of `host/author`; here are the tools that a package manager without root can bring.
+//! The work is done by tests: `languages` of `host/author`, and `pages` of `host/cli`, which follows the page of each language. Here
+//! are the tools that a package manager without root can bring.
 
 use crate::cargo::{cargo, run, target_dir};
 use anyhow::{Context, Result};
@@ -24,7 +25,7 @@ pub(crate) struct Languages {
 
 pub(crate) fn execute(args: &Languages) -> Result<()> {
     let mut command = cargo();
-    command.args(["test", "--release", "--workspace", "--test", "languages", "--", "--nocapture"]);
+    command.args(["test", "--release", "--workspace", "--test", "languages", "--test", "pages", "--", "--nocapture"]);
     command.env("PATH", path()?);
     if args.update {
         command.env("LATCHWORK_BLESS", "1").env("LATCHWORK_SKIP", "never");

@@ -78,8 +78,11 @@ fn run(
     let shown = words.join(" ");
     say(&shown);
     let Some((program, arguments)) = words.split_first() else { return Ok(()) };
-    let status = Command::new(program).args(arguments).envs(env).current_dir(folder).status();
-    let status = status.map_err(AuthorError::file(program))?;
+    let mut tool = Command::new(program);
+    tool.args(arguments).envs(env).current_dir(folder);
+    // What it says is no part of what `latchwork build --json` says.
+    tool.stdout(std::io::stderr());
+    let status = tool.status().map_err(AuthorError::file(program))?;
     if status.success() {
         return Ok(());
     }

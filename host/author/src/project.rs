@@ -69,7 +69,7 @@ fn files(name: &str, language: Language, found: Found) -> Vec<File> {
     let manifest =
         Manifest { name: name.into(), language, class: block.class.id.clone(), build: language.step(&block) };
     let mut files = language.authored(&block);
-    files.push(File::new(format!("{name}.test.toml"), sample::test_file(&block)));
+    files.push(File::new(format!("{name}.test.toml"), sample::test_file(&block, language.memory())));
     files.push(File::new("README.md", readme(&block, language, &manifest)));
     files.push(File::new(manifest::FILE, manifest.text()));
     files.extend(language.generated(&block));

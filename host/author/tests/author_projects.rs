@@ -65,6 +65,20 @@ fn an_own_class_is_copied_with_what_it_needs_and_without_what_latchwork_brings()
 }
 
 #[test]
+fn an_own_class_in_each_language() {
+    let mut seen = String::new();
+    for language in Language::ALL {
+        let folder = TempDir::new().expect("a temporary folder");
+        let wit = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/languages/outside/wit");
+        let own = ClassChoice::Own { folder: wit, class: None };
+        let project = create(folder.path(), "ask", language, &own).expect("a project");
+        assert_eq!(project.class, "test:outside/asking@0.1.0");
+        seen += &format!("=== {}\n{}\n", language.title(), read(&project.folder.join(language.source())));
+    }
+    insta::assert_snapshot!(seen);
+}
+
+#[test]
 fn the_page_of_each_language_shows_its_example_and_how_its_tools_are_installed() {
     for language in Language::ALL {
         let page = read(&root().join(format!("docs/blocks-in-{}.md", language.name())));

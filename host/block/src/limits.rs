@@ -6,15 +6,17 @@ pub struct Limits {
     /// Most linear memory, bytes, summed over its memories. Default 4 MiB.
     pub memory: u64,
     /// Longest call, in ticks of the engine's epoch; 0 counts as 1. A call that begins right before a tick has up to one
-    /// tick less. Instantiation has ten times as much. Default 10.
+    /// tick less. Default 10.
     pub budget_ticks: u64,
+    /// Longest instantiation, in ticks; it has at least ten times a call's. Default 0.
+    pub start_ticks: u64,
     /// Most elements of its tables together. Default 10 000.
     pub table_elements: u64,
 }
 
 impl Default for Limits {
     fn default() -> Self {
-        Self { memory: 4 << 20, budget_ticks: 10, table_elements: 10_000 }
+        Self { memory: 4 << 20, budget_ticks: 10, start_ticks: 0, table_elements: 10_000 }
     }
 }
 
@@ -26,6 +28,6 @@ impl Limits {
 
     /// Ticks of an instantiation.
     pub(crate) fn instantiation_ticks(&self) -> u64 {
-        self.call_ticks() * 10
+        (self.call_ticks() * 10).max(self.start_ticks.min(u64::MAX / 32))
     }
 }

@@ -1,7 +1,10 @@
 //! `latchwork new` and `latchwork build` as a user meets them: help, exit codes, silence with flags.
 
+use std::io::{Read, Write};
 use std::path::Path;
 use std::process::{Command, Output, Stdio};
+use std::sync::mpsc::{self, RecvTimeoutError};
+use std::time::{Duration, Instant};
 use tempfile::TempDir;
 
 fn latchwork(folder: &Path, args: &[&str]) -> Output {
@@ -48,4 +51,92 @@ fn without_a_terminal_what_is_missing_is_an_error() {
         seen += &format!("$ latchwork {}\n{text}\n", args.join(" "));
     }
     insta::assert_snapshot!("new_and_build_without_what_they_need", seen);
+}
+
+#[test]
+fn a_missing_tool_is_named_in_every_language_with_the_way_to_get_it() {
+    let folder = TempDir::new().expect("a folder");
+    std::fs::create_dir(folder.path().join("empty")).expect("a folder");
+    let mut seen = String::new();
+    for language in ["rust", "c", "cpp", "python", "javascript", "typescript", "go", "zig", "assemblyscript"] {
+        let name = format!("pump-{language}");
+        let made = latchwork(folder.path(), &["new", &name, "--lang", language, "--class", "motor"]);
+        assert_eq!(made.status.code(), Some(0), "{}", String::from_utf8_lossy(&made.stderr));
+        let mut build = Command::new(env!("CARGO_BIN_EXE_latchwork"));
+        build.current_dir(folder.path()).env("PATH", folder.path().join("empty")).env("NO_COLOR", "1");
+        let output = build.args(["build", &name]).stdin(Stdio::null()).output().expect("latchwork starts");
+        assert_eq!(output.status.code(), Some(1), "{language}");
+        assert!(output.stdout.is_empty(), "{language}");
+        seen += &format!("$ latchwork build {name}\n{}\n", String::from_utf8_lossy(&output.stderr));
+    }
+    insta::assert_snapshot!("build_without_tools", seen);
+}
+
+/// Longest that a question takes to come on a busy machine.
+const PATIENCE: Duration = Duration::from_secs(60);
+
+/// Runs `latchwork` on a terminal of its own, and answers each question with keys; what the terminal showed.
+fn at_a_terminal(folder: &Path, line: &str, answers: &[(&str, &str)]) -> String {
+    let mut child = Command::new("script")
+        .args(["--quiet", "--return", "--command", &format!("{} {line}", env!("CARGO_BIN_EXE_latchwork")), "/dev/null"])
+        .current_dir(folder)
+        .env("TERM", "xterm")
+        .stdin(Stdio::piped())
+        .stdout(Stdio::piped())
+        .spawn()
+        .expect("`script` of util-linux starts");
+    let mut keys = child.stdin.take().expect("its input");
+    let mut out = child.stdout.take().expect("its output");
+    let (bytes, seen) = mpsc::channel();
+    let reading = std::thread::spawn(move || {
+        let mut buffer = [0; 4096];
+        while let Ok(n @ 1..) = out.read(&mut buffer) {
+            // Whoever asked may have had enough.
+            let _ = bytes.send(buffer[..n].to_vec());
+        }
+    });
+    let (mut shown, mut from) = (Vec::new(), 0);
+    for (question, answer) in answers {
+        let end = Instant::now() + PATIENCE;
+        while !String::from_utf8_lossy(&shown[from..]).contains(question) {
+            let more = seen.recv_timeout(end.saturating_duration_since(Instant::now()));
+            shown.extend(more.unwrap_or_else(|_| panic!("no {question:?} in {}", String::from_utf8_lossy(&shown))));
+        }
+        from = shown.len();
+        keys.write_all(answer.as_bytes()).expect("the keys are taken");
+    }
+    let end = Instant::now() + PATIENCE;
+    let ended = loop {
+        match seen.recv_timeout(end.saturating_duration_since(Instant::now())) {
+            Ok(more) => shown.extend(more),
+            Err(why) => break why == RecvTimeoutError::Disconnected,
+        }
+    };
+    if !ended {
+        let _ = child.kill();
+    }
+    let shown = String::from_utf8_lossy(&shown).into_owned();
+    let status = child.wait().expect("its end");
+    reading.join().expect("it ends with the terminal");
+    assert!(status.success(), "{status}: {shown}");
+    shown
+}
+
+#[test]
+fn on_a_terminal_new_asks_for_what_is_missing_and_for_nothing_else() {
+    const DOWN: &str = "\u{1b}[B";
+    let folder = TempDir::new().expect("a folder");
+    let all = [("Name of the block", "feed-pump\r"), ("Language", &format!("{DOWN}\r")), ("Device class", "\r")];
+    let shown = at_a_terminal(folder.path(), "new", &all);
+    assert!(shown.contains("latchwork build feed-pump"), "{shown}");
+    let manifest = std::fs::read_to_string(folder.path().join("feed-pump/block.toml")).expect("a project");
+    assert!(manifest.contains("lang = \"c\"\nclass = \"latchwork:device/alarm-unit@"), "{manifest}");
+
+    let shown = at_a_terminal(folder.path(), "new drain --class motor", &[("Language", "\r")]);
+    assert!(!shown.contains("Device class") && !shown.contains("Name of"), "{shown}");
+    let manifest = std::fs::read_to_string(folder.path().join("drain/block.toml")).expect("a project");
+    assert!(manifest.contains("lang = \"rust\"\nclass = \"latchwork:device/motor@"), "{manifest}");
+
+    let shown = at_a_terminal(folder.path(), "new fan --lang zig --class motor", &[]);
+    assert!(!shown.contains("Language") && folder.path().join("fan/block.zig").is_file(), "{shown}");
 }

@@ -116,6 +116,16 @@ impl Language {
         matches!(self, Self::Python | Self::JavaScript | Self::TypeScript)
     }
 
+    /// `memory` of a block in a plant file, where 4 MiB are not enough or leave little for the garbage of a runtime.
+    pub(crate) fn memory(self) -> Option<&'static str> {
+        match self {
+            Self::Python => Some("32MiB"),
+            Self::Go => Some("16MiB"),
+            Self::JavaScript | Self::TypeScript => Some("8MiB"),
+            _ => None,
+        }
+    }
+
     /// The files an author goes on with, but those that all languages have.
     pub(crate) fn authored(self, block: &Block) -> Vec<File> {
         match self {

@@ -4,6 +4,8 @@
 //! `LATCHWORK_LANGUAGES=c,zig` restricts the tests to some; `LATCHWORK_BLESS=1` writes the table of docs/languages.md.
 
 mod figures;
+mod kept;
+mod outside;
 mod projects;
 
 use latchwork_author::{ClassChoice, Language, shipped_classes};
@@ -17,13 +19,6 @@ fn class(name: &str) -> ClassChoice {
     ClassChoice::Shipped(name.into())
 }
 
-/// The languages of this run.
-fn languages() -> Vec<Language> {
-    let chosen = std::env::var("LATCHWORK_LANGUAGES").ok();
-    let is = |l: &Language| chosen.as_ref().is_none_or(|c| c.split(',').any(|n| n == l.name()));
-    Language::ALL.into_iter().filter(is).collect()
-}
-
 /// The source of an example's block, below the project's folder.
 fn source(language: Language, block: &str) -> (String, String) {
     let path = root().join("examples/blocks").join(block).join(language.name()).join(language.source());
@@ -31,23 +26,83 @@ fn source(language: Language, block: &str) -> (String, String) {
     (language.source().to_owned(), text)
 }
 
-#[test]
-fn the_same_blocks_in_every_language_pass_the_same_tests() {
-    let mut table = Vec::new();
-    for language in languages() {
-        for block in BLOCKS {
-            let sources = [source(language, block)];
-            let made = match built(language, block, &class(block), &sources) {
-                Outcome::Built(made) => made,
-                Outcome::Missing(why) => {
-                    projects::skip(&why);
-                    continue;
+/// Tests of one language each, so that a failure or a missing tool names it.
+macro_rules! each_language {
+    ($($module:ident: $language:ident,)*) => {$(
+        mod $module {
+            use latchwork_author::Language;
+
+            #[test]
+            fn the_shared_blocks_pass_the_shared_tests_and_fuzzing() {
+                super::shared_blocks(Language::$language);
+            }
+
+            #[test]
+            fn new_projects_build_and_pass_their_first_test() {
+                super::new_projects(Language::$language);
+            }
+
+            #[test]
+            fn a_clock_and_random_numbers_are_what_the_table_says() {
+                if super::kept::wanted(Language::$language) {
+                    super::outside::is_as_the_table_says(Language::$language);
                 }
-            };
-            assert!(made.imports.is_empty(), "{block} in {language:?} imports {:?}", made.imports);
-            let tests = root().join("examples/blocks").join(format!("{block}.test.toml"));
-            run_tests(&tests, made.path.parent().expect("a folder"));
-            table.push((language, block, made));
+            }
+        }
+    )*};
+}
+
+each_language! {
+    rust: Rust,
+    c: C,
+    cpp: Cpp,
+    python: Python,
+    javascript: JavaScript,
+    typescript: TypeScript,
+    go: Go,
+    zig: Zig,
+    assemblyscript: AssemblyScript,
+}
+
+fn shared_blocks(language: Language) {
+    for block in BLOCKS.into_iter().filter(|_| kept::wanted(language)) {
+        let made = match built(language, block, &class(block), &[source(language, block)]) {
+            Outcome::Built(made) => made,
+            Outcome::Missing(why) => return kept::skip(&why),
+        };
+        assert!(made.imports.is_empty(), "{block} in {language:?} imports {:?}", made.imports);
+        let tests = root().join("examples/blocks").join(format!("{block}.test.toml"));
+        // Interpreters bring their own heap.
+        run_tests(&tests, made.path.parent().expect("a folder"), Some(256 << 20));
+        projects::fuzz(&made.path, if slow(language) { 50 } else { 500 });
+    }
+}
+
+/// A runtime comes along: these take long to build or to start.
+fn slow(language: Language) -> bool {
+    matches!(language, Language::Python | Language::Go | Language::JavaScript | Language::TypeScript)
+}
+
+fn new_projects(language: Language) {
+    // Signals, durations, flags, state in records, more than 16 parameters; enums; a result of one value.
+    for class in ["analog-alarm", "pco", "ton", "and"].into_iter().filter(|_| kept::wanted(language)) {
+        // Half a minute each; TypeScript has JavaScript's generator.
+        let slow = matches!(language, Language::Rust | Language::Python | Language::Go | Language::JavaScript);
+        if (!slow || class == "analog-alarm") && !first_test(language, class) {
+            return;
+        }
+    }
+}
+
+#[test]
+fn every_language_gives_the_same_outputs() {
+    let mut table = Vec::new();
+    for language in Language::ALL.into_iter().filter(|l| kept::wanted(*l)) {
+        for block in BLOCKS {
+            // What is missing is told by the tests of each language.
+            if let Outcome::Built(made) = built(language, block, &class(block), &[source(language, block)]) {
+                table.push((language, block, made));
+            }
         }
     }
     figures::judge(&table);
@@ -55,33 +110,25 @@ fn the_same_blocks_in_every_language_pass_the_same_tests() {
 
 #[test]
 fn a_new_project_of_any_class_builds_and_passes_its_first_test() {
-    for class_name in shipped_classes() {
-        let name = class_name.rsplit('/').next().expect("a name");
-        first_test(Language::C, name);
-    }
-}
-
-#[test]
-fn a_new_project_in_any_language_builds_and_passes_its_first_test() {
-    // Signals, durations, flags, state in records, more than 16 parameters; enums; a result of one value.
-    for class in ["analog-alarm", "pco", "ton", "and"] {
-        for language in languages() {
-            // These take half a minute and share one generator with others: one class each.
-            let slow = matches!(language, Language::Rust | Language::Python | Language::Go | Language::JavaScript);
-            if !slow || class == "analog-alarm" {
-                first_test(language, class);
-            }
+    for class_name in shipped_classes().iter().filter(|_| kept::wanted(Language::C)) {
+        if !first_test(Language::C, class_name.rsplit('/').next().expect("a name")) {
+            return;
         }
     }
 }
 
-fn first_test(language: Language, name: &str) {
+/// Whether its tools are there.
+fn first_test(language: Language, name: &str) -> bool {
     match built(language, name, &class(name), &[]) {
         Outcome::Built(made) => {
             let folder = made.path.parent().expect("a folder");
-            run_tests(&folder.join(format!("{name}.test.toml")), folder);
+            run_tests(&folder.join(format!("{name}.test.toml")), folder, None);
+            true
         }
-        Outcome::Missing(why) => projects::skip(&why),
+        Outcome::Missing(why) => {
+            kept::skip(&why);
+            false
+        }
     }
 }
 
@@ -92,11 +139,12 @@ fn a_clock_shows_plant_time_and_random_numbers_are_a_fixed_sequence() {
     let own = ClassChoice::Own { folder: wit, class: None };
     let made = match built(Language::Cpp, "clock", &own, &sources) {
         Outcome::Built(made) => made,
-        Outcome::Missing(why) => return projects::skip(&why),
+        Outcome::Missing(why) => return kept::skip(&why),
     };
     assert!(made.imports.is_empty(), "{:?}", made.imports);
     run_tests(
         &Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/languages/clock.test.toml"),
         made.path.parent().expect("a folder"),
+        None,
     );
 }

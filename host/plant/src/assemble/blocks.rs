@@ -46,11 +46,16 @@ pub(super) fn instantiate(
     Ok((recipes, instances))
 }
 
+/// Longest start of an instance, ns: it happens beside the lanes, perhaps at the lowest priority of a busy machine, and an
+/// interpreter or a runtime has much to do.
+const START: u64 = 10_000_000_000;
+
 /// Limits of a block's instances.
 fn limits(block: &Block, time: Time, tick: u64) -> Limits {
     // At virtual time the wall clock decides nothing but what never ends.
     let budget = if time == Time::Virtual { block.budget.max(1_000_000_000) } else { block.budget };
-    Limits { memory: block.memory, budget_ticks: budget.div_ceil(tick) + 1, ..Limits::default() }
+    let (budget_ticks, start_ticks) = (budget.div_ceil(tick) + 1, START.div_ceil(tick));
+    Limits { memory: block.memory, budget_ticks, start_ticks, ..Limits::default() }
 }
 
 /// The file's settings, completed by the component's defaults, or 0.

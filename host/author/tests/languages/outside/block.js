@@ -1,0 +1,7 @@
+// Asks JavaScript for the time and for random numbers.
+export const asking = {
+  execute(scan, inputs) {
+    const now = inputs.time ? Date.now() * 1e6 : 0;
+    return { now, random: inputs.random ? Math.floor(Math.random() * 2 ** 32) : 0 };
+  },
+};

@@ -1,0 +1,9 @@
+// Asks JavaScript for the time and for random numbers.
+import type { Inputs, Outputs, Scan } from "./class";
+
+export const asking = {
+  execute(scan: Scan, inputs: Inputs): Outputs {
+    const now = inputs.time ? Date.now() * 1e6 : 0;
+    return { now, random: inputs.random ? Math.floor(Math.random() * 2 ** 32) : 0 };
+  },
+};
