@@ -119,7 +119,7 @@ pub(crate) fn fuzz(path: &Path, sequences: u64) {
     };
     let begun = Instant::now();
     let clock = || begun.elapsed().as_nanos() as u64;
-    let report = fuzz::fuzz(&subject, &options, &clock, &mut |_| {});
+    let report = fuzz::fuzz(&subject, &options, &clock, &mut |_| std::ops::ControlFlow::Continue(()));
     assert!(report.findings.is_empty(), "{}: {:#?}", path.display(), report.findings);
     assert_eq!(report.sequences, sequences, "{}", path.display());
 }
