@@ -1,12 +1,12 @@
 //! The flight recorder of a plant, and replays of what it has recorded.
 
-use latchwork_block::{Engine, Ticker};
+use latchwork_block::{Engine, FaultKind, Ticker};
 use latchwork_plant::assemble::{Plant, Time};
 use latchwork_plant::lane::Change;
 use latchwork_plant::operate::{Answer, Operation, Operator};
 use latchwork_plant::run::{Control, Observer, RunOptions, resolve_stimulus, run_virtual};
 use latchwork_record::{Kept, Kind, Record};
-use latchwork_testbed::replay::{Event, Options, Recording, Replayed, Start, Tolerances, export, replay};
+use latchwork_testbed::replay::{Event, Head, Options, Recording, Replayed, Start, Tolerances, export, replay};
 use latchwork_tests_plant::forge::{Bad, Counter};
 use latchwork_tests_plant::{Rig, engine};
 use std::path::{Path, PathBuf};
@@ -146,14 +146,15 @@ fn a_changed_recording_is_found_different() {
         recording.component(&segments[0].head.hash).expect("its component"),
     ));
     for (n, segment) in segments.iter().enumerate() {
-        let mut writer = latchwork_testbed::replay::Writer::new(segment.head.clone());
+        let head = Head { executions: 0, missed: 0, ..segment.head.clone() };
+        let mut writer = latchwork_testbed::replay::Writer::new(head);
         let mut events = segment.events();
         let mut at = 0;
         while let Some(event) = events.next_event().expect("whole") {
-            let Event::Execution { scan, arguments, outputs: Some(outputs) } = event else { continue };
+            let Event::Execution { scan, arguments, outputs: Ok(outputs) } = event else { continue };
             let mut outputs = outputs.to_vec();
             outputs[1] ^= u64::from(n == 1 && at == 7);
-            writer.add(Event::Execution { scan, arguments, outputs: Some(&outputs) });
+            writer.add(Event::Execution { scan, arguments, outputs: Ok(&outputs) });
             at += 1;
         }
         changed.extend(latchwork_testbed::replay::segment_chunk(&writer.cut(Start::Continued).expect("not empty")));
@@ -203,6 +204,88 @@ fn settings_and_commands_are_in_the_recording() {
         }
     }
     assert_eq!(settings, 1);
+}
+
+#[test]
+fn settings_written_between_two_executions_are_replayed_and_reach_the_shadow() {
+    // Twice between the same two executions, and while a lane that has no time to spare still owes the shadow a state.
+    let rows = "0.4s,n.settings.step,5\n0.404s,n.settings.step,7\n1s,swap.n,v2.wasm shadow=150 probation=5\n\
+                1.5s,n.settings.step,3\n2.5s,n.settings.step,4\n";
+    let text = "[recorder]\nblocks = [\"n\"]\nkeyframe = \"300ms\"\n[lane.main]\nevery = \"10ms\"\n\
+                [block.n]\ncomponent = \"v1.wasm\"\nlane = \"main\"\n[sim.scan-time]\nmain = \"10ms\"\n";
+    let counter = Counter::new(1).component();
+    let other = Counter { default_step: 9, ..Counter::new(1) }.component();
+    let rig = Rig::new(text).sim().with("v1", &counter).with("v2", &other);
+    let folder = TempDir::new().expect("a temporary folder");
+    let records = run(rig.plant(Time::Virtual), Some(folder.path()), rows, 5 * SECOND);
+    let swaps: Vec<_> = records.iter().filter(|r| r.kind == Kind::Swap).map(|r| &*r.transition).collect();
+    assert_eq!(swaps, ["asked", "shadow", "exchanged", "kept"], "{records:#?}");
+    let recording = Recording::open(folder.path()).expect("a recording");
+    let replayed = again(&recording, "n", &Options::default());
+    assert!(replayed.equal(), "{replayed:#?}");
+    assert_eq!((replayed.executions, replayed.skipped), (500, 0));
+}
+
+#[test]
+fn a_budget_that_was_exceeded_is_left_out_of_the_comparison_and_told() {
+    let (_folder, recording) = counter(&Counter::new(1).bad(Bad::Loop(31)), "10s");
+    let replayed = again(&recording, "n", &Options::default());
+    assert!(replayed.equal(), "{replayed:#?}");
+    assert_eq!(replayed.recorded, replayed.replayed);
+    assert_eq!(replayed.skipped, 0);
+    assert!(replayed.executions > 31, "also what came after its restart: {}", replayed.executions);
+    let faults = executions(&recording, "n") - replayed.executions;
+    assert_eq!((faults, replayed.notes.len()), (2, 2), "{replayed:#?}");
+    assert!(replayed.notes[0].starts_with("at 300ms it exceeded its budget when it was recorded"), "{replayed:#?}");
+}
+
+#[test]
+fn a_recorded_fault_of_another_kind_does_not_depend_on_the_machine() {
+    let (_folder, recording) = counter(&Counter::new(1), "10s");
+    for (kind, equal, note) in [
+        (FaultKind::Trap, false, "the recorded fault (trap) at 990ms did not happen again"),
+        (FaultKind::Budget, true, "at 990ms it exceeded its budget when it was recorded"),
+    ] {
+        let (_folder, recording) = rewritten(&recording, |n, event| match event {
+            Event::Execution { scan, arguments, .. } if n == 100 => {
+                Event::Execution { scan, arguments, outputs: Err(kind) }
+            }
+            event => event,
+        });
+        let replayed = again(&recording, "n", &Options::default());
+        assert_eq!(replayed.equal(), equal, "{replayed:#?}");
+        assert_eq!(replayed.recorded == replayed.replayed, equal);
+        assert_eq!(replayed.different, u64::from(!equal));
+        assert_eq!(replayed.notes.len(), 1);
+        assert!(replayed.notes[0].starts_with(note), "{replayed:#?}");
+    }
+}
+
+/// The same recording of a counter with other events; the first one is number 0.
+fn rewritten(
+    recording: &Recording,
+    mut change: impl for<'a> FnMut(usize, Event<'a>) -> Event<'a>,
+) -> (TempDir, Recording) {
+    let mut bytes = latchwork_testbed::replay::header();
+    let (_, segments) = recording.blocks(1).next().expect("a block");
+    let component = recording.component(&segments[0].head.hash).expect("its component");
+    bytes.extend(latchwork_testbed::replay::component_chunk(component));
+    let mut n = 0;
+    for segment in segments {
+        let head = Head { executions: 0, missed: 0, ..segment.head.clone() };
+        let mut writer = latchwork_testbed::replay::Writer::new(head);
+        let mut events = segment.events();
+        while let Some(event) = events.next_event().expect("whole") {
+            writer.add(change(n, event));
+            n += 1;
+        }
+        bytes.extend(latchwork_testbed::replay::segment_chunk(&writer.cut(Start::Continued).expect("not empty")));
+    }
+    let folder = TempDir::new().expect("a folder");
+    let file = folder.path().join("rewritten.latchrec");
+    std::fs::write(&file, bytes).expect("written");
+    let recording = Recording::open(&file).expect("a recording");
+    (folder, recording)
 }
 
 #[test]
@@ -289,6 +372,117 @@ fn a_torn_or_damaged_file_costs_what_is_torn_and_no_more() {
     assert!(replayed.equal() && replayed.executions > 100, "{replayed:#?}");
     let left: u64 = ["count", "unit"].iter().map(|block| executions(&recording, block)).sum();
     assert!(left < 2 * all, "{left}");
+}
+
+/// CRC-32 as the format has it.
+fn crc32(bytes: &[u8]) -> u32 {
+    let step = |crc: u32| if crc & 1 == 1 { crc >> 1 ^ 0xedb8_8320 } else { crc >> 1 };
+    !bytes.iter().fold(u32::MAX, |crc, byte| (0..8).fold(crc ^ u32::from(*byte), |crc, _| step(crc)))
+}
+
+/// A chunk whose checksum is right, whatever is in it.
+fn chunk(kind: u8, payload: &[u8]) -> Vec<u8> {
+    let length = u32::try_from(payload.len()).expect("short");
+    [&[kind][..], &length.to_le_bytes(), &crc32(payload).to_le_bytes(), payload].concat()
+}
+
+/// The chunks of a file: kind and payload.
+fn chunks(file: &[u8]) -> Vec<(u8, Vec<u8>)> {
+    let (mut rest, mut chunks) = (&file[12..], Vec::new());
+    while let Some((kind, after)) = rest.split_first() {
+        let length = u32::from_le_bytes(after[..4].try_into().expect("four")) as usize;
+        chunks.push((*kind, after[8..8 + length].to_vec()));
+        rest = &after[8 + length..];
+    }
+    chunks
+}
+
+#[test]
+fn a_segment_that_contradicts_itself_is_refused_with_file_and_place_and_holds_nothing_up() {
+    let (_folder, recording) = counter(&Counter::new(1), "300ms");
+    let mut file = latchwork_testbed::replay::header();
+    let whole = chunks(&recording.to_bytes());
+    // The component and the first segment are right.
+    whole[..2].iter().for_each(|(kind, payload)| file.extend(chunk(*kind, payload)));
+    let place = file.len();
+    let head = &recording.blocks(1).next().expect("a block").1[1].head;
+    let endless = [vec![3], vec![0xff; 9], vec![1]].concat();
+    let with = |executions, missed| Head { executions, missed, ..head.clone() };
+    let cases: Vec<(&str, Head, &[u8])> = vec![
+        ("it has more executions than it says", with(3, 0), &endless),
+        ("it says that it has more executions than a segment may have", with(u64::MAX, 0), &endless),
+        ("it has more executions than it says", with(1 << 16, 0), &endless),
+        ("it has fewer executions than it says", with(1, 0), &[]),
+        ("it misses other executions than it says", with(0, 7), &[]),
+        ("nothing is repeated", with(5, 0), &[3, 0]),
+        ("a number does not end", with(5, 0), &[3, 255, 255, 255, 255, 255, 255, 255, 255, 255, 255, 1]),
+        ("a fault of a kind that there is not", with(1, 0), &[8, 200]),
+        ("its time goes back", with(2, 0), &[64, 40, 64, 59]),
+        ("a cell that the class does not have", with(1, 0), &[16, 1, 99, 0]),
+        ("a cell of more than eight bytes", with(1, 0), &[16, 1, 0, 0xff]),
+        ("it ends in the middle", with(1, 0), &[16, 1, 0]),
+        ("its number is the last that there is", Head { number: u64::MAX, ..with(0, 0) }, &[]),
+        ("a block with more cells than a class has", Head { cells: [usize::MAX, 1], ..with(0, 0) }, &[]),
+    ];
+    let folder = TempDir::new().expect("a folder");
+    let path = folder.path().join("x.latchrec");
+    for (sentence, head, events) in cases {
+        let head = serde_json::to_vec(&head).expect("a head");
+        let length = u32::try_from(head.len()).expect("short").to_le_bytes();
+        let bytes = [&file[..], &chunk(2, &[&length[..], &head, events].concat())].concat();
+        std::fs::write(&path, bytes).expect("written");
+        let recording = Recording::open(&path).expect("the first segment is right");
+        let told = format!("{}: the chunk at byte {place} is left out: {sentence}", path.display());
+        assert_eq!(recording.damage, [told]);
+        assert!(again(&recording, "n", &Options::default()).equal());
+    }
+}
+
+#[test]
+fn no_damage_under_a_right_checksum_makes_a_replay_panic_or_hang() {
+    let (_folder, recording) = counter(&Counter::new(1).bad(Bad::Trap(31)), "100ms");
+    let whole = chunks(&recording.to_bytes());
+    let folder = TempDir::new().expect("a folder");
+    let path = folder.path().join("x.latchrec");
+    let engine = engine();
+    let _ticker = Ticker::start(&engine, Duration::from_millis(10));
+    let mut random = 1u64;
+    let (mut refused, mut replayed) = (0, 0);
+    for _ in 0..300 {
+        let mut file = latchwork_testbed::replay::header();
+        for (kind, payload) in &whole {
+            let mut payload = payload.clone();
+            // One byte of every segment on average; components stay as they are.
+            random = random.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
+            if *kind == 2 && random >> 20 & 1 == 1 {
+                let at = (random >> 33) as usize % payload.len();
+                payload[at] ^= 1 << (random >> 24 & 7);
+            }
+            file.extend(chunk(*kind, &payload));
+        }
+        std::fs::write(&path, file).expect("written");
+        let recording = match Recording::open(&path) {
+            Ok(recording) => recording,
+            Err(error) => {
+                assert!(error.to_string().contains("the chunk at byte"), "{error}");
+                continue;
+            }
+        };
+        let place = format!("{}: the chunk at byte ", path.display());
+        assert!(recording.damage.iter().all(|d| d.starts_with(&place)), "{:#?}", recording.damage);
+        refused += recording.damage.len();
+        for run in recording.runs() {
+            for (block, _) in recording.blocks(run) {
+                let options = Options::default();
+                match replay(&recording, &engine, run, block, &options) {
+                    Ok(told) => replayed += told.executions,
+                    Err(error) => assert!(error.to_string().contains(&format!("`{block}`")), "{error}"),
+                }
+                let _ = export(&recording, &engine, run, block, &options);
+            }
+        }
+    }
+    assert!(refused > 100 && replayed > 1000, "{refused} segments refused, {replayed} executions replayed");
 }
 
 #[test]

@@ -68,12 +68,14 @@ impl Channel {
     pub(super) fn listen(&mut self, reader: TapReader, head: Head, gap: bool) {
         // A number that no segment has: a replay sees that they do not follow each other.
         self.number += u64::from(gap && self.number > 0);
+        self.changed = true;
         self.streams.push(Stream { reader, head: Some(head), writer: None, waits: false, saves: true });
     }
 
     /// At most one state is on its way, and none that nobody needs.
     pub(super) fn is_due(&self, now: u64) -> bool {
-        let can = self.streams.iter().any(|s| !s.waits && s.saves && s.writer.is_some());
+        let begun = |s: &Stream| s.writer.is_some() || s.head.is_some();
+        let can = self.streams.iter().any(|s| !s.waits && s.saves && begun(s));
         can && self.changed && self.asked.is_none() && now >= self.due
     }
 
@@ -127,7 +129,6 @@ impl Channel {
     fn drain(&mut self, at: usize, now: u64, full: usize, turn: &mut Turn) -> bool {
         let Self { streams, number, due, asked, changed, .. } = self;
         let Stream { reader, head, writer, waits, saves } = &mut streams[at];
-        let mut begin = |writer: &mut Option<Writer>, start| begin(head, writer, start, number);
         let mut ended = false;
         while !ended && let Some((missed, frame)) = reader.next_frame() {
             if missed > 0 {
@@ -139,40 +140,44 @@ impl Channel {
             match frame {
                 Frame::State { state: TapState::Cold, .. } => {
                     (*asked, *changed) = (None, false);
-                    turn.segments.extend(begin(writer, Start::Cold));
+                    turn.segments.extend(begin(head, writer, Start::Cold, number));
                 }
                 Frame::State { state: TapState::Retained(cells), .. } => {
                     (*asked, *changed) = (None, false);
-                    turn.segments.extend(begin(writer, Start::State(cells.to_vec())));
+                    turn.segments.extend(begin(head, writer, Start::State(cells.to_vec()), number));
                 }
                 Frame::State { state: TapState::Absent, .. } => *asked = None,
                 Frame::State { state: TapState::Unsaved, .. } => (*asked, *saves) = (None, false),
                 Frame::Execution { scan, arguments, outputs, .. } => {
-                    turn.faulted |= outputs.is_none();
+                    turn.faulted |= outputs.is_err();
                     *changed = true;
                     add(writer, Event::Execution { scan, arguments, outputs });
                 }
                 Frame::Settings { cells, taken } => {
-                    turn.faulted |= taken.is_none();
+                    turn.faulted |= taken.is_err();
                     *changed = true;
-                    add(writer, Event::Settings { cells, taken });
+                    match head {
+                        // Its first segment begins with them.
+                        Some(head) if writer.is_none() && taken == Ok(true) => head.settings = cells.to_vec(),
+                        _ => add(writer, Event::Settings { cells, taken }),
+                    }
                 }
-                Frame::Restarted if writer.is_none() => drop(begin(writer, Start::Cold)),
+                Frame::Restarted if writer.is_none() => drop(begin(head, writer, Start::Cold, number)),
                 Frame::Restarted => add(writer, Event::Restarted),
                 Frame::Waits => {
                     (*asked, *waits) = (None, true);
-                    turn.segments.extend(begin(writer, Start::Continued));
+                    turn.segments.extend(begin(head, writer, Start::Continued, number));
                     return false;
                 }
                 Frame::Ended => ended = true,
             }
-            if writer.as_ref().is_some_and(|w| w.len() >= full) {
-                turn.segments.extend(begin(writer, Start::Continued));
+            if writer.as_ref().is_some_and(|w| w.is_full(full)) {
+                turn.segments.extend(begin(head, writer, Start::Continued, number));
             }
         }
         ended |= reader.is_over();
         if ended {
-            turn.segments.extend(begin(writer, Start::Continued));
+            turn.segments.extend(begin(head, writer, Start::Continued, number));
             *asked = None;
         }
         ended

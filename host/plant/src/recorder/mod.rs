@@ -232,7 +232,7 @@ fn recorder_tap(recipe: &Recipe) -> (Box<Tap>, TapReader) {
     let (mut lane_end, reader) = tap(recipe.template.class(), ROOM, None);
     // The lane may have another version already, which the recipe has in the next turn.
     lane_end.only(recipe.version);
-    if recipe.make().and_then(|mut spare| spare.save()).is_err() {
+    if recipe.rehearse_save().is_err() {
         lane_end.without_states();
     }
     (lane_end, reader)

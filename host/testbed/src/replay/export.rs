@@ -7,7 +7,7 @@ use super::grounds::Grounds;
 use super::player::Version;
 use super::run::{nearest, segments_of, version_of};
 use super::{Event, Options, Recording, ReplayError, Segment, Start};
-use latchwork_block::{Class, Engine, Port, Scan};
+use latchwork_block::{Class, Engine, FaultKind, Port, Scan};
 use latchwork_image::{Quality, Type, format_duration};
 use std::fmt::Write;
 
@@ -52,6 +52,7 @@ pub fn export(
         if segment.head.number != number
             || segment.head.hash != first.head.hash
             || segment.head.cells != first.head.cells
+            || segment.head.settings.len() != first.head.settings.len()
         {
             notes.push(format!(
                 "it ends at {}: what follows was lost or is another version",
@@ -131,14 +132,18 @@ impl<'a> Case<'a> {
             match events.next_event() {
                 Ok(None) => return true,
                 Ok(Some(Event::Execution { scan, .. })) if scan.now > to => return false,
-                Ok(Some(Event::Execution { scan, arguments, .. })) => {
+                Ok(Some(Event::Execution { scan, arguments, outputs })) => {
+                    if outputs == Err(FaultKind::Budget) {
+                        let at = format_duration(scan.now);
+                        notes.push(format!("at {at} it exceeded its budget when it was recorded, and began anew"));
+                    }
                     self.execute(scan, arguments);
                     if self.steps.len() >= STEPS {
                         notes.push(format!("it ends at {}: {STEPS} steps are enough", format_duration(scan.now)));
                         return false;
                     }
                 }
-                Ok(Some(Event::Settings { cells, taken })) => self.configure(cells, taken == Some(true)),
+                Ok(Some(Event::Settings { cells, taken })) => self.configure(cells, taken == Ok(true)),
                 Ok(Some(Event::Restarted)) => {
                     self.grounds.start(&self.settings, &[]);
                     self.restart = true;

@@ -11,7 +11,7 @@ use std::path::{Path, PathBuf};
 
 const MAGIC: &[u8; 8] = b"LATCHREC";
 /// Version of the format.
-pub const VERSION: u32 = 1;
+pub const VERSION: u32 = 2;
 const COMPONENT: u8 = 1;
 const SEGMENT: u8 = 2;
 /// Ending of the files.

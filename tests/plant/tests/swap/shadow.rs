@@ -35,3 +35,17 @@ fn a_fault_in_the_shadow_ends_it_without_effect() {
     assert_eq!(ran.told(Kind::Fault), [""; 0]);
     assert!(told(&ran)[2].ends_with("count refused"));
 }
+
+#[test]
+fn a_block_that_cannot_be_saved_gets_no_shadow_and_is_not_put_out_of_order_by_it() {
+    let rig = plant_with(&Counter::new(1).bad(Bad::Save), "").with("v2", &Counter::new(2).component());
+    let rows: String = (1..6).map(|n| format!("{n}s,swap.count,v2.wasm shadow=20\n")).collect();
+    let ran = rig.stimulus(&rows).run_for(7 * S);
+    undisturbed(&ran, 700);
+    assert_eq!(ran.told(Kind::Fault), [""; 0]);
+    let refused: Vec<_> = ran.records.iter().filter(|r| r.transition == "refused").collect();
+    assert_eq!(refused.len(), 5, "{:#?}", told(&ran));
+    let why = &refused[0].text;
+    assert!(why.contains("no shadow: what runs fails when its state is saved"), "{why}");
+    assert!(why.contains("latchwork replay --with"), "{why}");
+}
