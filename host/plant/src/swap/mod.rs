@@ -64,6 +64,7 @@ pub struct Swaps {
     /// The sinks, if they work.
     sinks: Option<latchwork_sink::Swapper>,
     of_sinks: Vec<sinks::SinkSwap>,
+    untaps: shade::Untaps,
 }
 
 /// A swap under way.

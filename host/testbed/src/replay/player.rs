@@ -2,7 +2,7 @@
 
 use super::report::{FailedRun, Replayed, clock, named};
 use super::{Comparer, Head, Tolerances};
-use latchwork_block::upgrade::{Mapping, Transfer};
+use latchwork_block::upgrade::{Fate, Mapping, Transfer};
 use latchwork_block::{Class, Component, Fault, FaultKind, Instance, Limits, LoadError, Scan, Template};
 use sha2::{Digest, Sha256};
 use std::sync::Arc;
@@ -83,17 +83,30 @@ impl Player {
         let (recorded, class) = (Arc::clone(&version.recorded), Arc::clone(version.template.class()));
         let arguments = class.argument_cells();
         let comparer = Comparer::new(&recorded, &class, |output| within.of(block, output));
+        let state = Transfer::new(&recorded.retained, &class.retained, lossy);
+        let settings = Transfer::new(&recorded.settings, &class.settings, lossy);
+        let mut told = Replayed::default();
+        for (what, fields) in [("retained field", &state), ("setting", &settings)] {
+            for field in fields.refused() {
+                let Fate::Lossy { from, to, .. } = &field.fate else { continue };
+                told.note(format!(
+                    "{what} `{}` would lose something from {from} to {to}: it keeps what the other component starts with; \
+                     --allow-lossy clamps it",
+                    field.name
+                ));
+            }
+        }
         Self {
             instance: None,
             mapping: Mapping::new(&recorded, &class),
-            state: Transfer::new(&recorded.retained, &class.retained, lossy),
-            settings: Transfer::new(&recorded.settings, &class.settings, lossy),
+            state,
+            settings,
             recorded_settings: Vec::new(),
             cells: vec![0; arguments + class.output_cells()],
             ins: (0..arguments as u32).collect(),
             comparer: if version.other { comparer } else { comparer.exact() },
             hashes: Default::default(),
-            told: Replayed::default(),
+            told,
             version,
         }
     }
