@@ -97,6 +97,8 @@ struct Case<'a> {
     restart: bool,
     last: u64,
     executions: u64,
+    /// Plant time of the first execution that gave something else than was recorded, ns.
+    astray: Option<u64>,
 }
 
 impl<'a> Case<'a> {
@@ -122,6 +124,7 @@ impl<'a> Case<'a> {
             restart: false,
             last: 0,
             executions: 0,
+            astray: None,
         })
     }
 
@@ -137,7 +140,7 @@ impl<'a> Case<'a> {
                         let at = format_duration(scan.now);
                         notes.push(format!("at {at} it exceeded its budget when it was recorded, and began anew"));
                     }
-                    self.execute(scan, arguments);
+                    self.execute(scan, arguments, outputs);
                     if self.steps.len() >= STEPS {
                         notes.push(format!("it ends at {}: {STEPS} steps are enough", format_duration(scan.now)));
                         return false;
@@ -175,7 +178,7 @@ impl<'a> Case<'a> {
         self.pending = Some((before, refused.or(was_refused)));
     }
 
-    fn execute(&mut self, scan: Scan, arguments: &[u64]) {
+    fn execute(&mut self, scan: Scan, arguments: &[u64], recorded: Result<&[u64], FaultKind>) {
         let own = self.inputs.len() - usize::from(!self.class.commands.is_empty());
         let result = self.grounds.execute(scan, arguments);
         let (outputs, fault) = match result {
@@ -184,6 +187,14 @@ impl<'a> Case<'a> {
             None => return,
         };
         self.executions += 1;
+        let same = match recorded {
+            Ok(recorded) => outputs.as_deref() == Some(recorded),
+            Err(FaultKind::Budget) => true,
+            Err(kind) => fault == Some(kind.name()),
+        };
+        if !same {
+            self.astray.get_or_insert(scan.now);
+        }
         let of_outputs = outputs.as_ref().map_or(0, |o| o.len() - usize::from(!self.class.alarms.is_empty()));
         let (changed, alarms) = match (&outputs, &self.outputs) {
             (Some(new), Some(old)) => (
@@ -239,6 +250,14 @@ impl<'a> Case<'a> {
         let head = &self.start.head;
         if self.large() {
             notes.push("it will not be read: TOML has no whole numbers above 9223372036854775807".into());
+        }
+        if let Some(at) = self.astray {
+            notes.push(format!(
+                "from {} on it gives something else than was recorded: what {} remembers and does not retain is not in the \
+                 state that it begins with; from its cold start on (--from 0s) it may be",
+                format_duration(at),
+                head.class
+            ));
         }
         let (grid, class) = (self.grid(), &self.class);
         let mut text = String::new();

@@ -46,6 +46,11 @@ fn a_swap_and_a_roll_back_by_hand_in_the_middle_are_replayed_equal() {
         let (records, recording) = swapped(versions, &rows, "250ms", 2 * SECOND);
         assert!(records.iter().any(|r| r.kind == Kind::Swap && r.transition == "rolled-back"), "{records:#?}");
         let replayed = again(&recording, "n", &Options::default());
+        // A version that waits no longer comes back with what it remembers, and the recording has what it retains.
+        if (probation, retained) == (5, None) {
+            assert!(replayed.notes.iter().any(|n| n.contains("retains nothing")), "{replayed:#?}");
+            continue;
+        }
         assert!(replayed.equal(), "probation {probation}, {retained:?}: {replayed:#?}");
         assert_eq!((replayed.executions, replayed.skipped, replayed.missed), (200, 0, 0));
         let (_, segments) = recording.blocks(1).next().expect("a block");
