@@ -2,6 +2,7 @@
 
 use super::spill::{Order, Trouble};
 use latchwork_testbed::replay::{ENDING, components_of, header};
+use std::collections::btree_map::Entry;
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs::{File, OpenOptions};
 use std::io::{Error, Write};
@@ -168,10 +169,10 @@ impl Writer {
         let files = segments(&self.folder)?;
         self.needed.retain(|path, _| files.iter().any(|f| f.path == *path));
         for file in files {
-            if !self.needed.contains_key(&file.path) {
+            if let Entry::Vacant(unknown) = self.needed.entry(file.path) {
                 // What cannot be read may need anything.
-                let Ok(hashes) = components_of(&file.path) else { return Ok(()) };
-                self.needed.insert(file.path, hashes);
+                let Ok(hashes) = components_of(unknown.key()) else { return Ok(()) };
+                unknown.insert(hashes);
             }
         }
         let wanted = |hash: &str| {
