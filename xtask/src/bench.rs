@@ -10,7 +10,7 @@ use std::path::Path;
 #[derive(Args, Debug)]
 pub(crate) struct Bench {
     /// Only the benches whose names contain this; `latency` is the interrupt lane's reaction, `swap` a plant that is
-    /// swapped without end; no other choice runs these two.
+    /// swapped without end, `taps` what listening to a block costs; no other choice runs these three.
     filter: Option<String>,
     /// `latency`: edges per length of the main scan.
     #[arg(long, default_value_t = 100_000)]
@@ -32,6 +32,9 @@ pub(crate) fn execute(args: &Bench) -> Result<()> {
     }
     if args.filter.as_deref() == Some("swap") {
         return swap(args);
+    }
+    if args.filter.as_deref() == Some("taps") {
+        return taps();
     }
     for bench in ["call", "scan", "journal", "sinks", "component", "report"] {
         let mut command = cargo();
@@ -65,6 +68,15 @@ fn swap(args: &Bench) -> Result<()> {
     command.arg("--seconds").arg(args.seconds.to_string()).arg("--table").arg(&table);
     run(&mut command)?;
     insert("swap", &table)
+}
+
+/// Half a minute; best on a machine that does nothing else.
+fn taps() -> Result<()> {
+    let table = target_dir()?.join("taps.md");
+    let mut command = cargo();
+    command.args(["bench", "--workspace", "--bench", "taps", "--"]).arg("--table").arg(&table);
+    run(&mut command)?;
+    insert("taps", &table)
 }
 
 /// Puts a table between its marks in docs/performance.md.

@@ -24,6 +24,20 @@ pub enum FaultKind {
 }
 
 impl FaultKind {
+    /// All of them, by their [`code`](Self::code).
+    pub const ALL: [Self; 7] =
+        [Self::Trap, Self::Budget, Self::Memory, Self::Stack, Self::Result, Self::Instantiate, Self::Settings];
+
+    /// Its number, below 8: it never changes its meaning, recordings hold it.
+    pub fn code(self) -> u8 {
+        self as u8
+    }
+
+    /// The kind of a number.
+    pub fn from_code(code: u8) -> Option<Self> {
+        Self::ALL.get(usize::from(code)).copied()
+    }
+
     /// Name in records: `trap`, `budget`, `memory`, `stack`, `result`, `instantiate`, `settings`.
     pub fn name(self) -> &'static str {
         match self {

@@ -151,22 +151,41 @@ fn timeless(output: &str) -> String {
     output.lines().map(cut).collect()
 }
 
-#[test]
-fn the_page_of_the_flight_recorder_shows_what_happens() {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs/flight-recorder.md");
+/// Runs what a page shows and compares what it says: `toml` is the plant file, and behind it what stands in `night.test.toml`,
+/// which a `diff` changes; `csv` the stimulus; `console` commands with their output.
+fn shows_what_happens(name: &str) {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs").join(name);
     let page = std::fs::read_to_string(&path).expect("the page");
     let folder = TempDir::new().expect("a temporary folder");
     std::os::unix::fs::symlink(target(), folder.path().join("target")).expect("a link");
+    let (plant, test) = (folder.path().join("plant.toml"), folder.path().join("night.test.toml"));
     let mut made = page.clone();
     for (language, block) in fenced(&page) {
         match language {
-            "toml" => std::fs::write(folder.path().join("plant.toml"), block).expect("the plant file"),
+            "toml" if !plant.exists() => std::fs::write(&plant, block).expect("the plant file"),
+            "toml" => {
+                let exported = std::fs::read_to_string(&test).expect("a test was exported");
+                assert!(exported.contains(block), "{name} shows what is not in the test:\n{block}\n{exported}");
+            }
+            "diff" => {
+                let exported = std::fs::read_to_string(&test).expect("a test was exported");
+                let lines = |sign| block.lines().filter_map(|l| l.strip_prefix(sign)).collect::<Vec<_>>().join("\n");
+                assert!(exported.contains(&lines('-')), "{name} changes what is not in the test:\n{block}\n{exported}");
+                std::fs::write(&test, exported.replace(&lines('-'), &lines('+'))).expect("the test can be written");
+            }
             "csv" => std::fs::write(folder.path().join("stimulus.csv"), block).expect("the stimulus"),
             "console" => {
                 let mut shown = String::new();
-                for command in block.lines().filter_map(|l| l.strip_prefix("$ latchwork ")) {
-                    let args: Vec<_> = command.split_whitespace().collect();
-                    shown += &format!("$ latchwork {command}\n{}", timeless(&text(&latchwork(folder.path(), &args))));
+                for command in block.lines().filter_map(|l| l.strip_prefix("$ ")) {
+                    let words: Vec<_> = command.split_whitespace().collect();
+                    shown += &format!("$ {command}\n");
+                    match &words[..] {
+                        ["latchwork", args @ ..] => shown += &timeless(&text(&latchwork(folder.path(), args))),
+                        ["cp", from, to] => {
+                            std::fs::copy(folder.path().join(from), folder.path().join(to)).expect("a copy");
+                        }
+                        _ => panic!("{name}: `{command}` is not run"),
+                    }
                 }
                 made = made.replace(&format!("```console\n{block}```"), &format!("```console\n{shown}```"));
             }
@@ -177,4 +196,14 @@ fn the_page_of_the_flight_recorder_shows_what_happens() {
         std::fs::write(&path, &made).expect("the page can be written");
     }
     assert_eq!(made, page, "run with LATCHWORK_BLESS=1 to write the page anew");
+}
+
+#[test]
+fn the_page_of_the_flight_recorder_shows_what_happens() {
+    shows_what_happens("flight-recorder.md");
+}
+
+#[test]
+fn the_page_of_incidents_shows_what_happens() {
+    shows_what_happens("from-an-incident-to-a-test.md");
 }

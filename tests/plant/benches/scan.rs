@@ -5,7 +5,6 @@
 use criterion::{BenchmarkId, Criterion, Throughput};
 use latchwork_block::{Engine, EngineOptions};
 use latchwork_plant::assemble::{Plant, Time};
-use latchwork_plant::lane::{Request, TapReader, TapSlot, tap};
 use latchwork_tests_plant::{Rig, assemble_file, target};
 use std::fmt::Write;
 use std::hint::black_box;
@@ -73,52 +72,6 @@ fn scans(c: &mut Criterion) {
     group.finish();
 }
 
-/// Taps on the first `n` blocks of the lane.
-fn tapped(plant: &mut Plant, n: usize) -> Vec<TapReader> {
-    let mut readers = Vec::new();
-    for block in 0..n {
-        let (lane_end, reader) = tap(&plant.model.blocks[block].class, 64, None);
-        assert!(
-            plant
-                .supervisor
-                .send(0, Request::Tap { block: block as u32, slot: TapSlot::Recorder, tap: lane_end })
-                .is_ok()
-        );
-        readers.push(reader);
-    }
-    readers
-}
-
-/// What taps cost their lane: 100 blocks that nobody listens to, 100 that are listened to (what the reader does between two
-/// scans is not measured), 100 whose readers do not read.
-fn taps(c: &mut Criterion) {
-    let mut group = c.benchmark_group("taps");
-    group.measurement_time(Duration::from_secs(4)).sample_size(40);
-    group.throughput(Throughput::Elements(100));
-    for what in ["none", "written", "full"] {
-        let mut plant = plant(&chain(100));
-        let mut readers = tapped(&mut plant, if what == "none" { 0 } else { 100 });
-        let start = Instant::now();
-        let mut now = 0;
-        group.bench_function(BenchmarkId::new("blocks", what), |b| {
-            b.iter_custom(|n| {
-                let mut took = Duration::ZERO;
-                for _ in 0..n {
-                    now += 10_000_000;
-                    let begun = Instant::now();
-                    black_box(plant.lanes[0].scan(now, now, || now + (start.elapsed().as_nanos() as u64 & 0xff)));
-                    took += begun.elapsed();
-                    if what == "written" {
-                        readers.iter_mut().for_each(|r| while r.next_frame().is_some() {});
-                    }
-                }
-                took
-            });
-        });
-    }
-    group.finish();
-}
-
 /// Resident memory of this process, bytes.
 fn resident() -> u64 {
     let text = std::fs::read_to_string("/proc/self/statm").unwrap_or_default();
@@ -149,7 +102,6 @@ fn starts() {
 fn main() {
     let mut criterion = Criterion::default().configure_from_args();
     scans(&mut criterion);
-    taps(&mut criterion);
     starts();
     criterion.final_summary();
 }

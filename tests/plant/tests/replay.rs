@@ -113,7 +113,7 @@ fn record(component: &Component, class: &Class, seed: u64, n: u64) -> Vec<u8> {
         let done = instance.execute(scan, &ins, arguments as u32, &mut cells);
         instance.drain_log(|_, _| ());
         done.unwrap_or_else(|fault| panic!("{}: {fault}", component.name()));
-        writer.add(Event::Execution { scan, arguments: &given, outputs: Some(&cells[arguments..]) });
+        writer.add(Event::Execution { scan, arguments: &given, outputs: Ok(&cells[arguments..]) });
         last = Some(now);
         // A lane by the machine's clock is never quite on time.
         now += 9_000_000 + random.below(2_000_000);

@@ -71,6 +71,7 @@ fn run(plant: &mut Plant, from: u64, shadow: &mut Shadow) -> Verdict {
 
 fn scan(plant: &mut Plant, i: u64) {
     plant.lanes[0].scan(i * 10 * MS, i * 10 * MS, || i * 10 * MS);
+    plant.lanes[0].spare((i + 1) * 10 * MS, || i * 10 * MS);
 }
 
 const TIMER: &str = "inputs.in = \"clock.outputs.out\"\ninputs.pt = \"20ms\"\n";

@@ -39,6 +39,7 @@ fn send(plant: &mut Plant, request: Request) {
 fn scan(plant: &mut Plant, from: u64, n: u64) {
     for i in from..from + n {
         plant.lanes[0].scan(i * 10 * MS, i * 10 * MS, || i * 10 * MS);
+        plant.lanes[0].spare((i + 1) * 10 * MS, || i * 10 * MS);
     }
 }
 
@@ -67,10 +68,10 @@ fn the_first_frame_is_the_state_then_comes_every_execution_with_its_arguments_an
         told(&mut reader),
         [
             "State { last: 0, state: Cold }",
-            "0 ms first: [1, 0, 1000] -> Some([0, 1])",
-            "10 ms: [1, 0, 1000] -> Some([0, 1])",
-            "20 ms: [0, 0, 1000] -> Some([0, 1])",
-            "30 ms: [0, 0, 1000] -> Some([0, 1])"
+            "0 ms first: [1, 0, 1000] -> Ok([0, 1])",
+            "10 ms: [1, 0, 1000] -> Ok([0, 1])",
+            "20 ms: [0, 0, 1000] -> Ok([0, 1])",
+            "30 ms: [0, 0, 1000] -> Ok([0, 1])"
         ]
     );
 }
@@ -83,9 +84,52 @@ fn a_tap_put_on_later_begins_with_what_the_block_retains() {
     scan(&mut plant, 12, 1);
     let (_, frame) = reader.next_frame().expect("a frame");
     let Frame::State { last, state: TapState::Retained(cells) } = frame else { panic!("{frame:?}") };
-    assert_eq!(last, 110 * MS);
+    assert_eq!(last, 120 * MS, "it was saved after the scan that took the tap");
     assert_eq!(cells.len(), plant.model.blocks[1].class.retained.len());
-    assert!(cells.contains(&3), "three pulses were counted: {cells:?}");
+    assert!(cells.contains(&4), "four pulses were counted: {cells:?}");
+    assert_eq!(told(&mut reader), [""; 0], "no execution comes before its state");
+    scan(&mut plant, 13, 1);
+    assert!(told(&mut reader)[0].starts_with("130 ms: "));
+}
+
+/// A scan whose spare time ends `spare` after it began, by a clock that stands still in it.
+fn scan_with(plant: &mut Plant, i: u64, spare: u64) {
+    plant.lanes[0].scan(i * 10 * MS, i * 10 * MS, || i * 10 * MS);
+    plant.lanes[0].spare(i * 10 * MS + spare, || i * 10 * MS);
+}
+
+#[test]
+fn a_state_waits_for_time_between_two_scans_but_not_for_ever() {
+    let mut plant = Rig::new(PLANT).plant(Time::Virtual);
+    scan(&mut plant, 0, 12);
+    let mut reader = listen(&mut plant, 1, 256);
+    // No time is left, for less than a second.
+    (12..110).for_each(|i| scan_with(&mut plant, i, 0));
+    assert_eq!(told(&mut reader), [""; 0]);
+    send(&mut plant, Request::Keyframe { block: 1, slot: TapSlot::Recorder });
+    (110..115).for_each(|i| scan_with(&mut plant, i, 0));
+    let lines = told(&mut reader);
+    assert!(lines[0].starts_with("State { last: 1120000000, state: Retained("), "{lines:?}");
+    assert_eq!(lines.len(), 3, "one state, whoever asked for it, and the executions after it: {lines:?}");
+}
+
+#[test]
+fn at_most_one_state_is_saved_between_two_scans() {
+    let mut plant = Rig::new(PLANT).plant(Time::Virtual);
+    scan(&mut plant, 0, 3);
+    let mut readers = [TapSlot::Recorder, TapSlot::Shadow].map(|slot| listen_at(&mut plant, 1, 16, slot));
+    scan(&mut plant, 3, 1);
+    assert_eq!(readers.each_mut().map(|r| told(r).len()), [1, 0]);
+    scan(&mut plant, 4, 1);
+    assert_eq!(readers.each_mut().map(|r| told(r).len()), [1, 1]);
+}
+
+#[test]
+fn what_retains_nothing_or_is_cold_is_told_at_once() {
+    let mut plant = Rig::new(PLANT).plant(Time::Virtual);
+    let mut cold = listen(&mut plant, 1, 16);
+    scan_with(&mut plant, 0, 0);
+    assert_eq!(told(&mut cold)[0], "State { last: 0, state: Cold }");
 }
 
 #[test]
@@ -127,7 +171,9 @@ fn another_tap_in_the_same_place_ends_the_one_before() {
     let mut two = listen(&mut plant, 0, 16);
     scan(&mut plant, 1, 1);
     assert_eq!(told(&mut one), ["Ended"]);
-    assert_eq!(told(&mut two).len(), 2, "the state and an execution");
+    assert_eq!(told(&mut two).len(), 1, "the state");
+    scan(&mut plant, 2, 1);
+    assert_eq!(told(&mut two).len(), 1, "an execution");
 }
 
 const FAULTY: &str = r#"
@@ -149,7 +195,7 @@ fn a_fault_has_no_outputs_and_a_restart_is_told() {
         plant.supervisor.pump();
     }
     let lines = told(&mut reader);
-    let fault = lines.iter().position(|l| l.ends_with("-> None")).expect("a fault");
+    let fault = lines.iter().position(|l| l.ends_with("-> Err(Trap)")).expect("a fault");
     assert_eq!(lines[fault + 1], "Restarted", "{lines:#?}");
     assert!(lines[fault + 2].contains(" first: "), "{lines:#?}");
 }

@@ -235,7 +235,7 @@ mod tests {
             });
             for now in [0, HOUR] {
                 let scan = latchwork_block::Scan { now, elapsed: 0, first: now == 0 };
-                writer.add(Event::Execution { scan, arguments: &[], outputs: Some(&[]) });
+                writer.add(Event::Execution { scan, arguments: &[], outputs: Ok(&[]) });
             }
             bytes.extend(segment_chunk(&writer.cut(Start::Continued).expect("two executions")));
         }

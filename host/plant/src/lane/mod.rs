@@ -162,6 +162,8 @@ pub struct Lane {
     one_shots: Vec<u32>,
     /// A block whose state is wanted.
     saving: Option<save::Waiting>,
+    /// Taps that wait for the states of their blocks, in order.
+    keyframes: Vec<save::Keyframe>,
     /// Exchanges that are timed, and those whose old versions wait.
     #[expect(clippy::vec_box, reason = "each goes back in the box that it came in: nothing is allocated here")]
     trials: Vec<Box<Exchange>>,
@@ -190,6 +192,7 @@ impl Lane {
             waiting: Vec::with_capacity(blocks),
             one_shots: Vec::with_capacity(blocks),
             saving: None,
+            keyframes: Vec::with_capacity(Self::KEYFRAMES_PER_BLOCK * blocks),
             trials: Vec::with_capacity(blocks),
             timed: Vec::with_capacity(blocks),
             back: Vec::with_capacity(blocks),

@@ -208,7 +208,7 @@ impl Lane {
         }
         let answer = instance.configure(cells);
         if let Some(tap) = &mut part.tap {
-            tap.settings(cells, answer.as_ref().ok().map(Result::is_ok));
+            tap.settings(cells, answer.as_ref().map(Result::is_ok).map_err(|fault| fault.kind));
         }
         let why = match answer {
             Ok(Ok(())) => return,

@@ -50,7 +50,8 @@ pub enum Request {
         /// Number of the exchange.
         number: u64,
     },
-    /// Listens to a block from now on; its state comes first. A tap that has the place goes.
+    /// Listens to a block from when its state was saved on; settings that it takes before that come, too. A tap that has
+    /// the place goes.
     Tap {
         /// Index of the block in the lane.
         block: u32,
@@ -59,7 +60,7 @@ pub enum Request {
         /// The lane's end; it comes back by [`super::Report::Tap`].
         tap: Box<Tap>,
     },
-    /// Sends a tap the block's state.
+    /// Sends a tap the block's state, when there is time.
     Keyframe {
         /// Index of the block in the lane.
         block: u32,
@@ -229,7 +230,7 @@ impl Lane {
             return Err(Text::new("the block is out of order; try again when it runs"));
         };
         let answer = instance.configure(cells);
-        taps.settings(cells, answer.as_ref().ok().map(Result::is_ok));
+        taps.settings(cells, answer.as_ref().map(Result::is_ok).map_err(|fault| fault.kind));
         match answer {
             Ok(Ok(())) => Ok(()),
             Ok(Err(sentence)) => Err(Text::new(&sentence)),

@@ -1,9 +1,11 @@
 //! Saving the state of a block, between two scans and outside of the time that a scan has.
 //!
 //! One block at a time: a request waits in the lane until there is time left before the next scan, but not for ever. Its
-//! cells come with it and go back, so that nothing is allocated or freed here.
+//! cells come with it and go back, so that nothing is allocated or freed here. The states that taps begin with are saved
+//! here, too.
 
-use super::{Lane, LaneState, Report};
+use super::{Lane, LaneState, Report, TapSlot};
+use latchwork_block::Fault;
 
 /// A state is put off for no longer than this, ns of plant time: a lane without any time left is late by one save then.
 pub const PUT_OFF: u64 = 1_000_000_000;
@@ -74,7 +76,25 @@ pub(super) struct Waiting {
     since: u64,
 }
 
+/// A tap that waits for the state of its block.
+pub(super) struct Keyframe {
+    block: u32,
+    slot: TapSlot,
+    /// Plant time since when, ns.
+    since: u64,
+}
+
 impl Lane {
+    /// Room for one state per tap.
+    pub(super) const KEYFRAMES_PER_BLOCK: usize = 2;
+
+    /// A tap is to get the state of its block when there is time.
+    pub(super) fn want_keyframe(&mut self, block: u32, slot: TapSlot, now: u64) {
+        if !self.keyframes.iter().any(|k| (k.block, k.slot) == (block, slot)) {
+            self.keyframes.push(Keyframe { block, slot, since: now });
+        }
+    }
+
     /// Takes a request; it is done when there is time.
     pub(super) fn take_save(&mut self, save: Save, now: u64) {
         if self.saving.is_none() {
@@ -96,22 +116,59 @@ impl Lane {
         {
             self.take_idle(&clock);
         }
-        if self.saving.is_some() && self.state == LaneState::Running {
-            self.save_waiting(until, clock);
+        if (self.saving.is_some() || !self.keyframes.is_empty()) && self.state == LaneState::Running {
+            self.save_one(until, &clock);
         }
         self.state
     }
 
-    fn save_waiting(&mut self, until: u64, clock: impl Fn() -> u64) {
+    /// Saves the state that has been waited for longest.
+    #[cold]
+    fn save_one(&mut self, until: u64, clock: &dyn Fn() -> u64) {
         let now = clock();
-        let longest = |w: &Waiting| self.parts.blocks.get(w.save.block as usize).map_or(0, |b| b.rest.saves.longest());
+        let saving = self.saving.as_ref().map(|w| (w.save.block, w.since));
+        let keyframe = self.keyframes.first().map(|k| (k.block, k.since));
+        let of_tap = saving.is_none_or(|(_, since)| keyframe.is_some_and(|(_, tap_since)| tap_since < since));
+        let next = if of_tap { keyframe } else { saving };
+        let Some((block, since)) = next else { return };
+        let longest = self.parts.blocks.get(block as usize).map_or(0, |b| b.rest.saves.longest());
         // Twice what it has taken lately: the caches are cold, and it must not be the scan that pays.
-        let in_time = |w: &Waiting| until.saturating_sub(now) >= longest(w).max(FIRST).saturating_mul(2);
-        let Some(waiting) = self.saving.take_if(|w| in_time(w) || now.saturating_sub(w.since) >= PUT_OFF) else {
+        let in_time = until.saturating_sub(now) >= longest.max(FIRST).saturating_mul(2);
+        if !in_time && now.saturating_sub(since) < PUT_OFF {
             return;
-        };
+        }
         // A fault makes a record.
         self.mark(now);
+        if of_tap {
+            let Keyframe { block, slot, .. } = self.keyframes.remove(0);
+            self.save_for_tap(block as usize, slot, now, clock);
+        } else if let Some(waiting) = self.saving.take() {
+            self.save_waiting(waiting, now, clock);
+        }
+        if self.is_interrupt() {
+            self.mark_oldest();
+        } else {
+            self.mark(u64::MAX);
+        }
+    }
+
+    fn save_for_tap(&mut self, index: usize, slot: TapSlot, now: u64, clock: &dyn Fn() -> u64) {
+        let Some(block) = self.parts.blocks.get_mut(index) else { return };
+        let saved = block.save_for(slot);
+        block.rest.saves.add(clock().saturating_sub(now));
+        if let Err(fault) = saved {
+            self.could_not_save(index, now, &fault);
+        }
+    }
+
+    /// A fault between two scans: the others see at once what becomes of it.
+    fn could_not_save(&mut self, index: usize, now: u64, fault: &Fault) {
+        self.block_fault(index, now, fault);
+        self.publish_state(now);
+        self.write_points(now);
+    }
+
+    fn save_waiting(&mut self, waiting: Waiting, now: u64, clock: &dyn Fn() -> u64) {
         let Waiting { mut save, .. } = waiting;
         let block = self.parts.blocks.get_mut(save.block as usize);
         let (mut result, mut took) = (SaveResult::Nothing, 0);
@@ -125,20 +182,13 @@ impl Lane {
                 Ok(true) => SaveResult::Saved,
                 Ok(false) => SaveResult::Nothing,
                 Err(fault) => {
-                    self.block_fault(save.block as usize, now, &fault);
-                    self.publish_state(now);
-                    self.write_points(now);
+                    self.could_not_save(save.block as usize, now, &fault);
                     SaveResult::Faulted
                 }
             };
             self.parts.blocks[save.block as usize].rest.saves.add(took);
         }
         self.answer(SaveAnswer { save, result, time: now, took });
-        if self.is_interrupt() {
-            self.mark_oldest();
-        } else {
-            self.mark(u64::MAX);
-        }
     }
 
     fn answer(&mut self, saved: SaveAnswer) {

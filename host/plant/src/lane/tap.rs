@@ -1,7 +1,8 @@
 //! Taps: what a block gets and gives at each execution, copied into a bounded ring for whoever listens off the lane.
 //!
 //! The lane writes words, a frame at a time and whole or not at all; a frame that finds no room is counted, and the next one
-//! that does says how many were missed. Nothing here allocates but [`tap`] itself.
+//! that does says how many were missed. Settings that a block took are not missed: they wait for room before everything
+//! else. Nothing here allocates but [`tap`] itself.
 //!
 //! ```text
 //! header: kind │ flags << 8 │ words behind it << 16 │ frames missed before it << 32
@@ -9,9 +10,16 @@
 //! execution:  now, elapsed, ns it took (0: not measured), argument cells, output cells (none after a fault)
 //! settings:   setting cells
 //! ```
+//!
+//! A tap that is put on a block at work tells no execution before its state, which is saved in the lane's spare time
+//! ([`super::save`]).
+
+mod reader;
+
+pub use reader::{Frame, State, TapReader};
 
 use super::{Block, Lane, Report};
-use latchwork_block::{Class, Fault, Instance, Scan};
+use latchwork_block::{Class, Fault, FaultKind, Instance, Scan};
 use std::sync::Arc;
 
 /// Who listens: a block has room for one of each.
@@ -42,6 +50,8 @@ const COLD: u64 = 1 << 10;
 const ABSENT: u64 = 1 << 11;
 const REFUSED: u64 = 1 << 12;
 
+/// Three bits: the kind of a fault.
+const KIND: u32 = 13;
 const LENGTH: u32 = 16;
 const MISSED: u32 = 32;
 /// Words of an execution before its cells: header, now, elapsed, ns it took.
@@ -56,6 +66,11 @@ pub struct Tap {
     frame: Box<[u64]>,
     missed: u32,
     ended: bool,
+    /// The state came with which what it tells begins.
+    live: bool,
+    /// Header and cells of settings that the block took, while they wait for room.
+    settings: Box<[u64]>,
+    settings_wait: bool,
     timer: Option<Timer>,
     /// It is for this version of the block alone.
     version: Option<u64>,
@@ -80,12 +95,15 @@ pub fn tap(class: &Class, frames: usize, timer: Option<Timer>) -> (Box<Tap>, Tap
         frame: vec![0; longest].into(),
         missed: 0,
         ended: false,
+        live: false,
+        settings: vec![0; 1 + class.settings.len()].into(),
+        settings_wait: false,
         timer,
         version: None,
         saves: true,
         shape: (arguments, outputs),
     };
-    (Box::new(tap), TapReader { from, buffer: vec![0; longest], arguments })
+    (Box::new(tap), TapReader::new(from, longest, arguments))
 }
 
 impl Tap {
@@ -103,7 +121,12 @@ impl Tap {
     pub(super) fn state(&mut self, last: u64, state: Option<&[u64]>) {
         self.frame[1] = last;
         let end = self.cells(2, state.unwrap_or(&[]));
-        self.send(STATE, if state.is_none() { COLD } else { 0 }, end);
+        self.begin(if state.is_none() { COLD } else { 0 }, end);
+    }
+
+    /// Sends a state in the making, with which what it tells begins.
+    fn begin(&mut self, flags: u64, words: usize) {
+        self.live |= self.send(STATE, flags, words);
     }
 
     /// The block executes another version from now on; this one may come back.
@@ -111,27 +134,50 @@ impl Tap {
         self.send(WAITS, 0, 1);
     }
 
-    /// The block got settings: `None` when it faulted over them.
-    pub(super) fn settings(&mut self, cells: &[u64], taken: Option<bool>) {
+    /// The block got settings, and took them or not, or faulted over them.
+    pub(super) fn settings(&mut self, cells: &[u64], taken: Result<bool, FaultKind>) {
         let flags = match taken {
-            Some(true) => 0,
-            Some(false) => REFUSED,
-            None => FAULTED,
+            // What comes after them means nothing without them.
+            Ok(true) if cells.len() + 1 == self.settings.len() => {
+                self.missed = self.missed.saturating_add(u32::from(self.settings_wait));
+                self.settings[1..].copy_from_slice(cells);
+                self.settings_wait = true;
+                self.send_settings();
+                return;
+            }
+            Ok(true) => 0,
+            Ok(false) => REFUSED,
+            Err(kind) => fault_flags(kind),
         };
         let end = self.cells(1, cells);
         self.send(SETTINGS, flags, end);
     }
 
-    fn send(&mut self, kind: u64, flags: u64, words: usize) {
-        if self.ended {
-            return;
+    /// Sends settings that wait; false when they still do.
+    fn send_settings(&mut self) -> bool {
+        if !self.settings_wait {
+            return true;
         }
+        let length = (self.settings.len() as u64 - 1) << LENGTH;
+        self.settings[0] = SETTINGS | length | u64::from(self.missed) << MISSED;
+        let sent = !self.ended && self.to.push_entire_slice(&self.settings).is_ok();
+        if sent {
+            (self.missed, self.settings_wait) = (0, false);
+        }
+        sent
+    }
+
+    /// True when it found room.
+    fn send(&mut self, kind: u64, flags: u64, words: usize) -> bool {
+        if self.ended {
+            return false;
+        }
+        let ready = self.send_settings();
         let length = (words as u64 - 1) << LENGTH;
         self.frame[0] = kind | flags | length | u64::from(self.missed) << MISSED;
-        match self.to.push_entire_slice(&self.frame[..words]) {
-            Ok(()) => self.missed = 0,
-            Err(_) => self.missed = self.missed.saturating_add(1),
-        }
+        let sent = ready && self.to.push_entire_slice(&self.frame[..words]).is_ok();
+        self.missed = if sent { 0 } else { self.missed.saturating_add(1) };
+        sent
     }
 
     fn cells(&mut self, at: usize, cells: &[u64]) -> usize {
@@ -146,10 +192,10 @@ impl Tap {
         }
     }
 
-    fn after(&mut self, scan: Scan, took: u64, arguments: usize, outputs: Option<&[u64]>) {
+    fn after(&mut self, scan: Scan, took: u64, arguments: usize, outputs: Result<&[u64], FaultKind>) {
         self.frame[1..HEAD].copy_from_slice(&[scan.now, scan.elapsed, took]);
         let end = self.cells(HEAD + arguments, outputs.unwrap_or(&[]));
-        let flags = if scan.first { FIRST } else { 0 } | if outputs.is_none() { FAULTED } else { 0 };
+        let flags = if scan.first { FIRST } else { 0 } | outputs.err().map_or(0, fault_flags);
         self.send(EXECUTION, flags, end);
     }
 
@@ -160,10 +206,19 @@ impl Tap {
     }
 }
 
+fn fault_flags(kind: FaultKind) -> u64 {
+    FAULTED | u64::from(kind.code()) << KIND
+}
+
 impl Taps {
     /// Those that listen: one that has ended may be of another version, with frames that are too short for this one.
     fn each(&mut self) -> impl Iterator<Item = &mut Tap> {
         self.0.iter_mut().flatten().map(|tap| &mut **tap).filter(|tap| !tap.ended)
+    }
+
+    /// Those that have begun to tell.
+    fn live(&mut self) -> impl Iterator<Item = &mut Tap> {
+        self.each().filter(|tap| tap.live)
     }
 
     pub(super) fn any(&self) -> bool {
@@ -179,20 +234,21 @@ impl Taps {
         out: u32,
         cells: &mut [u64],
     ) -> Result<(), Fault> {
-        self.each().for_each(|tap| tap.before(ins, cells));
-        let timer = self.each().find_map(|tap| tap.timer.clone());
+        self.live().for_each(|tap| tap.before(ins, cells));
+        let timer = self.live().find_map(|tap| tap.timer.clone());
         let begun = timer.as_ref().map(|now| now());
         let result = instance.execute(scan, ins, out, cells);
         let took = timer.zip(begun).map_or(0, |(now, begun)| now().saturating_sub(begun));
         let outputs = out as usize..out as usize + instance.class().output_cells();
-        for tap in self.each() {
-            tap.after(scan, took, ins.len(), result.is_ok().then(|| &cells[outputs.clone()]));
+        for tap in self.live() {
+            let outputs = result.as_ref().map(|()| &cells[outputs.clone()]).map_err(|fault| fault.kind);
+            tap.after(scan, took, ins.len(), outputs);
         }
         result
     }
 
-    /// The block got settings: `None` when it faulted over them.
-    pub(super) fn settings(&mut self, cells: &[u64], taken: Option<bool>) {
+    /// The block got settings, and took them or not, or faulted over them.
+    pub(super) fn settings(&mut self, cells: &[u64], taken: Result<bool, FaultKind>) {
         self.each().for_each(|tap| tap.settings(cells, taken));
     }
 
@@ -208,7 +264,7 @@ impl Taps {
 
     /// The block has a fresh instance, cold.
     pub(super) fn restarted(&mut self) {
-        self.each().for_each(|tap| tap.send(RESTARTED, 0, 1));
+        self.each().for_each(|tap| tap.live |= tap.send(RESTARTED, 0, 1));
     }
 }
 
@@ -218,7 +274,7 @@ impl Lane {
         self.tap(index, slot, tap, 0);
     }
 
-    /// Puts a tap on a block; its first frame is the block's state.
+    /// Puts a tap on a block; what it tells begins with the block's state.
     #[cold]
     pub(super) fn tap(&mut self, index: usize, slot: TapSlot, tap: Box<Tap>, now: u64) {
         self.untap(index, slot);
@@ -256,131 +312,58 @@ impl Lane {
         block.tapped = block.rest.taps.any();
     }
 
-    /// Sends a tap the state that the block has now.
+    /// Sends a tap the state that the block has now: at once if nothing has to be saved for it, else when there is time.
     #[cold]
     pub(super) fn keyframe(&mut self, index: usize, slot: TapSlot, now: u64) {
         let Some(block) = self.parts.blocks.get_mut(index) else { return };
-        let Block { instance, last, first, ran, rest, .. } = block;
+        if block.saves_for(slot) {
+            self.want_keyframe(index as u32, slot, now);
+        } else {
+            block.show(slot);
+        }
+    }
+}
+
+impl Block {
+    /// A state for this tap has to be saved.
+    pub(super) fn saves_for(&self, slot: TapSlot) -> bool {
+        let tap = self.rest.taps.0[slot as usize].as_ref().filter(|tap| !tap.ended);
+        let retains = self.instance.as_ref().is_some_and(|i| !i.class().retained.is_empty());
+        tap.is_some_and(|tap| tap.saves) && retains && (self.ran || !self.first)
+    }
+
+    /// Sends a tap what is known of the state without saving it.
+    fn show(&mut self, slot: TapSlot) {
+        let Self { instance, last, first, ran, rest, .. } = self;
         let Some(tap) = rest.taps.0[slot as usize].as_mut().filter(|tap| !tap.ended) else { return };
         tap.frame[1] = *last;
-        let Some(instance) = instance else { return tap.send(STATE, ABSENT, 2) };
-        if *first && !*ran {
-            return tap.send(STATE, COLD, 2);
+        match instance {
+            None => drop(tap.send(STATE, ABSENT, 2)),
+            Some(_) if *first && !*ran => tap.begin(COLD, 2),
+            Some(instance) if instance.class().retained.is_empty() => tap.begin(0, 2),
+            Some(_) => drop(tap.send(STATE, ABSENT | FAULTED, 2)),
         }
-        if !tap.saves {
-            return tap.send(STATE, ABSENT | FAULTED, 2);
+    }
+
+    /// Saves the state for a tap and sends it.
+    pub(super) fn save_for(&mut self, slot: TapSlot) -> Result<(), Fault> {
+        if !self.saves_for(slot) {
+            self.show(slot);
+            return Ok(());
         }
+        let (Some(instance), Some(tap)) = (&mut self.instance, &mut self.rest.taps.0[slot as usize]) else {
+            return Ok(());
+        };
+        tap.frame[1] = self.last;
         let end = 2 + instance.class().retained.len();
-        let fault = match instance.save_into(&mut tap.frame[2..end]) {
-            Ok(true) => return tap.send(STATE, 0, end),
-            Ok(false) => return tap.send(STATE, 0, 2),
-            Err(fault) => fault,
-        };
-        tap.send(STATE, ABSENT | FAULTED, 2);
-        self.block_fault(index, now, &fault);
-    }
-}
-
-/// The listener's end of a tap.
-pub struct TapReader {
-    from: rtrb::Consumer<u64>,
-    buffer: Vec<u64>,
-    arguments: usize,
-}
-
-/// What a tap has to tell.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Frame<'a> {
-    /// The block's state, before its next execution.
-    State {
-        /// Plant time of its last execution, ns.
-        last: u64,
-        /// The state.
-        state: State<'a>,
-    },
-    /// An execution.
-    Execution {
-        /// Its time.
-        scan: Scan,
-        /// How long it took, ns; 0 when it was not measured.
-        took: u64,
-        /// Argument cells in the order of the class.
-        arguments: &'a [u64],
-        /// Output cells in the order of the class, before forces; `None` when the block faulted.
-        outputs: Option<&'a [u64]>,
-    },
-    /// It got new settings; what it said.
-    Settings {
-        /// One cell per setting.
-        cells: &'a [u64],
-        /// It took them, refused them, or (`None`) faulted over them.
-        taken: Option<bool>,
-    },
-    /// It has a fresh instance with the settings it last took: a cold start.
-    Restarted,
-    /// Another version executes from now on. This one may come back, until the tap is gone.
-    Waits,
-    /// It is not tapped any more.
-    Ended,
-}
-
-/// State of a block.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum State<'a> {
-    /// It has a fresh instance that has not executed yet.
-    Cold,
-    /// What it retains, one cell per port; nothing for a class that retains nothing.
-    Retained(&'a [u64]),
-    /// It is out of order.
-    Absent,
-    /// It cannot be saved.
-    Unsaved,
-}
-
-impl TapReader {
-    /// The next frame and the number of frames missed before it; `None` when there is none yet.
-    pub fn next_frame(&mut self) -> Option<(u32, Frame<'_>)> {
-        let header = *self.from.peek().ok()?;
-        let words = (header >> LENGTH & 0xffff) as usize;
-        // Frames are written whole: what the header announces is there.
-        self.from.pop_entire_slice(self.buffer.get_mut(..=words)?).ok()?;
-        let words = &self.buffer[1..=words];
-        let flag = |flag| header & flag != 0;
-        let frame = match header & 0xff {
-            STATE => Frame::State {
-                last: words[0],
-                state: match (flag(ABSENT), flag(COLD)) {
-                    (true, _) if flag(FAULTED) => State::Unsaved,
-                    (true, _) => State::Absent,
-                    (_, true) => State::Cold,
-                    _ => State::Retained(&words[1..]),
-                },
-            },
-            EXECUTION => {
-                let (arguments, outputs) = words[HEAD - 1..].split_at(self.arguments);
-                Frame::Execution {
-                    scan: Scan { now: words[0], elapsed: words[1], first: flag(FIRST) },
-                    took: words[2],
-                    arguments,
-                    outputs: (!flag(FAULTED)).then_some(outputs),
-                }
+        match instance.save_into(&mut tap.frame[2..end]) {
+            Ok(_) => tap.begin(0, end),
+            Err(fault) => {
+                tap.send(STATE, ABSENT | FAULTED, 2);
+                return Err(fault);
             }
-            SETTINGS => Frame::Settings { cells: words, taken: (!flag(FAULTED)).then_some(!flag(REFUSED)) },
-            RESTARTED => Frame::Restarted,
-            WAITS => Frame::Waits,
-            _ => Frame::Ended,
-        };
-        Some(((header >> MISSED) as u32, frame))
-    }
-
-    /// Nothing more will come than what is there.
-    pub fn is_abandoned(&self) -> bool {
-        self.from.is_abandoned()
-    }
-
-    /// Nothing is there, and nothing will come.
-    pub fn is_over(&self) -> bool {
-        self.from.is_abandoned() && self.from.is_empty()
+        }
+        Ok(())
     }
 }
 
@@ -393,13 +376,41 @@ impl std::fmt::Debug for Tap {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use latchwork_block::Port;
+    use latchwork_image::Type;
 
     #[test]
     fn a_tap_that_has_ended_is_not_written_to_by_a_longer_version() {
         let (mut ended, _) = tap(&Class::default(), 2, None);
         ended.end();
         let mut taps = Taps([Some(ended), None]);
-        taps.settings(&[0; 100], Some(true));
+        taps.settings(&[0; 100], Ok(true));
         assert!(!taps.any());
+    }
+
+    #[test]
+    fn settings_that_find_no_room_come_before_everything_else() {
+        let setting = |name: &str| Port { path: name.into(), ty: Type::U32, signal: false, doc: None };
+        let mut class = Class::default();
+        class.settings = vec![setting("a"), setting("b")];
+        let (mut tap, mut reader) = tap(&class, 2, None);
+        let scan = |now| Scan { now, elapsed: 0, first: false };
+        // Two executions of four words are all there is room for.
+        (0..3).for_each(|now| tap.after(scan(now), 0, 0, Ok(&[])));
+        tap.settings(&[1, 2], Ok(true));
+        tap.settings(&[3, 4], Ok(true));
+        tap.settings(&[5, 6], Ok(false));
+        let mut told = Vec::new();
+        while let Some((missed, frame)) = reader.next_frame() {
+            told.push(format!("{missed} {frame:?}"));
+        }
+        tap.after(scan(9), 0, 0, Ok(&[]));
+        while let Some((missed, frame)) = reader.next_frame() {
+            told.push(format!("{missed} {frame:?}"));
+        }
+        assert_eq!(told.len(), 4, "{told:#?}");
+        // The third execution, the settings that others followed at once, and those that were refused.
+        assert_eq!(told[2], "3 Settings { cells: [3, 4], taken: Ok(true) }");
+        assert!(told[3].starts_with("0 Execution { scan: Scan { now: 9,"), "{told:#?}");
     }
 }

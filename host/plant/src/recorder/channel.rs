@@ -18,6 +18,8 @@ pub(super) struct Channel {
     asked: Option<u64>,
     /// Something has happened since the last state.
     changed: bool,
+    /// Versions, and whether their states can be saved, once that is known.
+    saves: Vec<(u64, Option<bool>)>,
 }
 
 /// What one version of it does.
@@ -28,8 +30,10 @@ struct Stream {
     writer: Option<Writer>,
     /// Another version executes.
     waits: bool,
-    /// Its state can be had.
-    saves: bool,
+    /// Number of the version.
+    version: u64,
+    /// Hash of its component.
+    hash: String,
 }
 
 /// What a turn has brought.
@@ -38,12 +42,14 @@ pub(super) struct Turn {
     pub(super) segments: Vec<Segment>,
     pub(super) missed: u64,
     pub(super) faulted: bool,
+    /// A version is over.
+    pub(super) ended: bool,
 }
 
 impl Channel {
     pub(super) fn new(block: usize, lane: usize, place: u32, due: u64) -> Self {
         let streams = Vec::new();
-        Self { block, lane, place, streams, number: 0, due, asked: None, changed: false }
+        Self { block, lane, place, streams, number: 0, due, asked: None, changed: false, saves: Vec::new() }
     }
 
     /// Block of the model.
@@ -68,12 +74,42 @@ impl Channel {
     pub(super) fn listen(&mut self, reader: TapReader, head: Head, gap: bool) {
         // A number that no segment has: a replay sees that they do not follow each other.
         self.number += u64::from(gap && self.number > 0);
-        self.streams.push(Stream { reader, head: Some(head), writer: None, waits: false, saves: true });
+        self.changed = true;
+        let (version, hash) = (head.version, head.hash.clone());
+        self.streams.push(Stream { reader, head: Some(head), writer: None, waits: false, version, hash });
+    }
+
+    /// Hashes of the components that segments may still come of.
+    pub(super) fn components(&self) -> impl Iterator<Item = &str> {
+        self.streams.iter().map(|s| s.hash.as_str())
+    }
+
+    /// True when it is not known yet, and nobody was asked, whether the state of this version can be saved.
+    pub(super) fn want_rehearsal(&mut self, version: u64) -> bool {
+        if self.saves.iter().any(|(known, _)| *known == version) {
+            return false;
+        }
+        // What has no stream any more does not come back under its number.
+        let streams = &self.streams;
+        self.saves.retain(|(known, _)| streams.iter().any(|s| s.version == *known));
+        self.saves.push((version, None));
+        true
+    }
+
+    pub(super) fn rehearsed(&mut self, version: u64, saves: bool) {
+        let wanted = self.saves.iter_mut().filter(|(known, _)| *known == version);
+        wanted.for_each(|(_, known)| *known = Some(saves));
+    }
+
+    /// Whether the state of this version can be saved; `None` as long as that is not known.
+    pub(super) fn saves(&self, version: u64) -> Option<bool> {
+        self.saves.iter().find(|(known, _)| *known == version).and_then(|(_, saves)| *saves)
     }
 
     /// At most one state is on its way, and none that nobody needs.
     pub(super) fn is_due(&self, now: u64) -> bool {
-        let can = self.streams.iter().any(|s| !s.waits && s.saves && s.writer.is_some());
+        let begun = |s: &Stream| s.writer.is_some() || s.head.is_some();
+        let can = self.streams.iter().any(|s| !s.waits && begun(s) && self.saves(s.version) == Some(true));
         can && self.changed && self.asked.is_none() && now >= self.due
     }
 
@@ -110,6 +146,7 @@ impl Channel {
                 continue;
             }
             self.streams.remove(at);
+            turn.ended = true;
             // The version before it is back.
             if let Some(before) = at.checked_sub(1)
                 && self.streams[before].waits
@@ -119,15 +156,16 @@ impl Channel {
             }
         }
         // What another version has taken the place of for good.
+        let before = self.streams.len();
         self.streams.retain(|s| !(s.waits && s.reader.is_abandoned()));
+        turn.ended |= self.streams.len() < before;
         turn
     }
 
     /// Takes what one tap has brought; true when it has ended.
     fn drain(&mut self, at: usize, now: u64, full: usize, turn: &mut Turn) -> bool {
-        let Self { streams, number, due, asked, changed, .. } = self;
-        let Stream { reader, head, writer, waits, saves } = &mut streams[at];
-        let mut begin = |writer: &mut Option<Writer>, start| begin(head, writer, start, number);
+        let Self { streams, number, due, asked, changed, saves, .. } = self;
+        let Stream { reader, head, writer, waits, version, .. } = &mut streams[at];
         let mut ended = false;
         while !ended && let Some((missed, frame)) = reader.next_frame() {
             if missed > 0 {
@@ -139,40 +177,48 @@ impl Channel {
             match frame {
                 Frame::State { state: TapState::Cold, .. } => {
                     (*asked, *changed) = (None, false);
-                    turn.segments.extend(begin(writer, Start::Cold));
+                    turn.segments.extend(begin(head, writer, Start::Cold, number));
                 }
                 Frame::State { state: TapState::Retained(cells), .. } => {
                     (*asked, *changed) = (None, false);
-                    turn.segments.extend(begin(writer, Start::State(cells.to_vec())));
+                    turn.segments.extend(begin(head, writer, Start::State(cells.to_vec()), number));
                 }
                 Frame::State { state: TapState::Absent, .. } => *asked = None,
-                Frame::State { state: TapState::Unsaved, .. } => (*asked, *saves) = (None, false),
+                Frame::State { state: TapState::Unsaved, .. } => {
+                    *asked = None;
+                    // It has failed at it, or would have: it is not asked again.
+                    saves.iter_mut().filter(|(v, _)| v == version).for_each(|(_, saves)| *saves = Some(false));
+                }
                 Frame::Execution { scan, arguments, outputs, .. } => {
-                    turn.faulted |= outputs.is_none();
+                    turn.faulted |= outputs.is_err();
                     *changed = true;
                     add(writer, Event::Execution { scan, arguments, outputs });
                 }
                 Frame::Settings { cells, taken } => {
-                    turn.faulted |= taken.is_none();
+                    turn.faulted |= taken.is_err();
                     *changed = true;
-                    add(writer, Event::Settings { cells, taken });
+                    match head {
+                        // Its first segment begins with them.
+                        Some(head) if writer.is_none() && taken == Ok(true) => head.settings = cells.to_vec(),
+                        _ => add(writer, Event::Settings { cells, taken }),
+                    }
                 }
-                Frame::Restarted if writer.is_none() => drop(begin(writer, Start::Cold)),
+                Frame::Restarted if writer.is_none() => drop(begin(head, writer, Start::Cold, number)),
                 Frame::Restarted => add(writer, Event::Restarted),
                 Frame::Waits => {
                     (*asked, *waits) = (None, true);
-                    turn.segments.extend(begin(writer, Start::Continued));
+                    turn.segments.extend(begin(head, writer, Start::Continued, number));
                     return false;
                 }
                 Frame::Ended => ended = true,
             }
-            if writer.as_ref().is_some_and(|w| w.len() >= full) {
-                turn.segments.extend(begin(writer, Start::Continued));
+            if writer.as_ref().is_some_and(|w| w.is_full(full)) {
+                turn.segments.extend(begin(head, writer, Start::Continued, number));
             }
         }
         ended |= reader.is_over();
         if ended {
-            turn.segments.extend(begin(writer, Start::Continued));
+            turn.segments.extend(begin(head, writer, Start::Continued, number));
             *asked = None;
         }
         ended

@@ -9,8 +9,10 @@
 //! full, when a block faults and when the plant stops.
 
 mod channel;
+mod rehearse;
 mod ring;
 mod spill;
+mod writer;
 
 use crate::assemble::{Plant, Time};
 use crate::lane::{Request, Tap, TapReader, TapSlot, tap};
@@ -20,8 +22,10 @@ use channel::{Channel, Turn};
 use latchwork_block::Component;
 use latchwork_record::{Draft, Kind};
 use latchwork_testbed::replay::{Head, Segment, Start, component_chunk, hash_of, segment_chunk};
+use rehearse::Rehearsals;
 use ring::Ring;
-use spill::Spill;
+use spill::{Order, Spill, Told};
+use std::collections::BTreeSet;
 use std::path::Path;
 
 /// Executions of one block that may be on their way from the lane.
@@ -39,6 +43,9 @@ pub(crate) struct Recorder {
     channels: Vec<Channel>,
     ring: Ring,
     spill: Option<Spill>,
+    rehearsals: Rehearsals,
+    /// Hashes of the components whose segments may still come.
+    in_use: BTreeSet<String>,
     /// Number of this run.
     run: u64,
     keyframe: u64,
@@ -90,7 +97,16 @@ impl Plant {
                 continue;
             }
             let (recipe, component) = (self.supervisor.recipes[block].clone(), self.component_of(block).clone());
-            let (lane_end, reader) = recorder_tap(&recipe);
+            self.recorder.want_rehearsal(index, &recipe);
+            // The lane saves a state for a tap that comes later, unless that fails.
+            let saves = self.recorder.channels[index].saves(recipe.version);
+            if !at_start && saves.is_none() {
+                continue;
+            }
+            let (mut lane_end, reader) = recorder_tap(&recipe);
+            if saves == Some(false) {
+                lane_end.without_states();
+            }
             if at_start {
                 // Not by a request: a lane takes but some of them in its first scan.
                 self.lanes[lane].tap_at_start(place as usize, TapSlot::Recorder, lane_end);
@@ -104,6 +120,7 @@ impl Plant {
             self.recorder.channels[index].listen(reader, head, true);
             self.recorder.add_component(component.bytes());
         }
+        self.rehearse();
     }
 
     /// A tap for the version of a block that an exchange brings, so that its first execution is recorded, too; none for a
@@ -113,6 +130,7 @@ impl Plant {
         let (lane_end, reader) = recorder_tap(recipe);
         let head = self.head(block, recipe, component);
         self.recorder.channels[index].listen(reader, head, false);
+        self.recorder.want_rehearsal(index, recipe);
         self.recorder.add_component(component.bytes());
         Some(lane_end)
     }
@@ -155,6 +173,10 @@ impl Plant {
             self.recorder.take(turn.segments);
             all.missed += turn.missed;
             all.faulted |= turn.faulted;
+            all.ended |= turn.ended;
+        }
+        if all.ended {
+            self.recorder.let_components_go();
         }
         if all.faulted {
             // What led to it is on disk before anything else can happen.
@@ -206,9 +228,17 @@ impl Plant {
             (draft.priority, draft.text) = (100, text);
             draft
         };
-        let failed = self.recorder.spill.as_mut().and_then(Spill::failure);
-        if let Some(why) = failed {
-            self.tell(record("not-written", format!("the flight recorder's files are incomplete: {why}")), Vec::new());
+        for told in self.recorder.spill.as_mut().map(Spill::told).unwrap_or_default() {
+            let draft = match told {
+                Told::NotWritten(why) => {
+                    record("not-written", format!("the flight recorder's files are incomplete: {why}"))
+                }
+                Told::Written(1) => record("written", "the flight recorder's files go on; 1 segment is missing".into()),
+                Told::Written(lost) => {
+                    record("written", format!("the flight recorder's files go on; {lost} segments are missing"))
+                }
+            };
+            self.tell(draft, Vec::new());
         }
         match &mut self.recorder.missed {
             None if missed > 0 => {
@@ -227,33 +257,43 @@ impl Plant {
     }
 }
 
-/// A tap for this version of a block. A state is asked for only where that does not fail: a spare instance is asked first.
+/// A tap for this version of a block.
 fn recorder_tap(recipe: &Recipe) -> (Box<Tap>, TapReader) {
     let (mut lane_end, reader) = tap(recipe.template.class(), ROOM, None);
     // The lane may have another version already, which the recipe has in the next turn.
     lane_end.only(recipe.version);
-    if recipe.make().and_then(|mut spare| spare.save()).is_err() {
-        lane_end.without_states();
-    }
     (lane_end, reader)
 }
 
 impl Recorder {
     fn add_component(&mut self, bytes: &[u8]) {
         let hash = hash_of(bytes);
-        if self.ring.add_component(&hash, component_chunk(bytes))
-            && let Some(spill) = &mut self.spill
-        {
-            spill.component(hash, bytes);
+        self.ring.add_component(&hash, || component_chunk(bytes));
+        if self.in_use.insert(hash.clone()) {
+            self.order(|| Order::Component(hash, bytes.to_vec()));
+        }
+    }
+
+    /// Of the components that no version runs any more those go that no segment needs.
+    fn let_components_go(&mut self) {
+        self.in_use = self.channels.iter().flat_map(Channel::components).map(String::from).collect();
+        self.ring.in_use(&self.in_use);
+        let in_use = self.in_use.clone();
+        self.order(|| Order::InUse(in_use));
+    }
+
+    /// In real time nobody waits for the disk.
+    fn order(&mut self, order: impl FnOnce() -> Order) {
+        let waiting = !self.real_time;
+        if let Some(spill) = &mut self.spill {
+            spill.order(order(), waiting);
         }
     }
 
     fn take(&mut self, segments: Vec<Segment>) {
         for segment in segments {
             let chunk = segment_chunk(&segment);
-            if let Some(spill) = &mut self.spill {
-                spill.segment(chunk.clone(), self.real_time);
-            }
+            self.order(|| Order::Segment(segment.head.hash.clone(), chunk.clone()));
             self.ring.add(segment.head.hash, chunk);
         }
     }
@@ -264,15 +304,14 @@ impl Recorder {
     }
 
     fn sync(&mut self) {
-        if let Some(spill) = &mut self.spill {
-            spill.sync();
-        }
+        self.order(|| Order::Sync);
     }
 }
 
 impl Drop for Recorder {
     /// The plant has stopped: the rest goes to the disk, too.
     fn drop(&mut self) {
+        self.real_time = false;
         self.cut_all();
     }
 }

@@ -1,47 +1,112 @@
 //! The files: segments one after another, a new file at every sixteenth of the room, the oldest deleted.
 //!
-//! A thread of its own writes, because a disk may take its time; what it cannot keep up with is left out and said.
+//! A thread of its own writes ([`Writer`]), because a disk may take its time. Whoever orders never waits for it in real time:
+//! what it cannot keep up with is left out and said, once when that begins and once when it is over.
 
-use latchwork_testbed::replay::{ENDING, header};
-use std::fs::{File, OpenOptions};
-use std::io::{Error, Write};
-use std::path::{Path, PathBuf};
-use std::sync::mpsc::{Receiver, SyncSender, TrySendError, sync_channel};
-use std::sync::{Arc, Mutex, PoisonError};
+use super::writer::Writer;
+use std::collections::{BTreeSet, VecDeque};
+use std::path::Path;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::mpsc::{Receiver, SyncSender, TrySendError, channel, sync_channel};
 use std::thread::JoinHandle;
+use std::time::Instant;
 
 /// Segments that may wait for the disk.
 const WAITING: usize = 1024;
-/// Files at most.
-const FILES: u64 = 16;
 
-enum Order {
-    Segment(Vec<u8>),
+/// What is to be written.
+pub(super) enum Order {
+    /// A segment of the component with this hash.
+    Segment(String, Vec<u8>),
+    /// A component and its hash.
     Component(String, Vec<u8>),
+    /// Hashes of the components whose segments may still come.
+    InUse(BTreeSet<String>),
+    /// All that was ordered is to be on the disk as soon as it can.
     Sync,
+}
+
+/// What the writer says of the disk.
+pub(super) enum Trouble {
+    /// It refuses: why.
+    Refused(String),
+    /// It takes everything again; so many segments were left out.
+    Accepted(u64),
+}
+
+/// What is told of the files.
+#[derive(Debug, PartialEq, Eq)]
+pub(super) enum Told {
+    /// From now on segments are missing: why.
+    NotWritten(String),
+    /// It is over; so many are missing.
+    Written(u64),
 }
 
 /// The way to the disk.
 pub(super) struct Spill {
     orders: Option<SyncSender<Order>>,
     thread: Option<JoinHandle<()>>,
-    failure: Arc<Mutex<Option<String>>>,
+    trouble: Receiver<Trouble>,
     run: u64,
-    /// The disk was too slow; orders that have found room since. It is over when there are enough of them.
-    slow: Option<usize>,
+    /// Orders given, and those that the writer is done with.
+    given: u64,
+    done: Arc<AtomicU64>,
+    /// What must not be left out, while it finds no room.
+    unsent: VecDeque<Order>,
+    /// The disk refuses.
+    refused: bool,
+    /// It is too slow: there was no room for a segment, and it is not done with all orders yet.
+    slow: bool,
+    /// What is left out.
+    loss: Option<Loss>,
+}
+
+#[derive(Default)]
+struct Loss {
+    segments: u64,
+    why: Option<String>,
+    told: bool,
 }
 
 impl Spill {
     /// Into a folder, which is made; at most `room` bytes of segments.
     pub(super) fn open(folder: &Path, room: u64) -> std::io::Result<Self> {
         std::fs::create_dir_all(folder)?;
-        let files = segments(folder)?;
-        let run = files.iter().filter_map(|f| f.run).max().unwrap_or(0) + 1;
+        let (told, trouble) = channel();
+        let writer = Writer::new(folder, room, told)?;
+        let run = writer.run();
+        let (mut spill, incoming) = Self::to(trouble, run);
+        let done = Arc::clone(&spill.done);
+        let work = move || {
+            let mut writer = writer;
+            for order in incoming {
+                writer.take(order, Instant::now());
+                done.fetch_add(1, Ordering::Release);
+            }
+            writer.end();
+        };
+        spill.thread = Some(std::thread::Builder::new().name("recorder".into()).spawn(work)?);
+        Ok(spill)
+    }
+
+    /// The end of the plant, and that of whoever writes.
+    fn to(trouble: Receiver<Trouble>, run: u64) -> (Self, Receiver<Order>) {
         let (orders, incoming) = sync_channel(WAITING);
-        let failure = Arc::new(Mutex::new(None));
-        let writer = Writer { folder: folder.into(), room, run, number: 0, file: None, failure: Arc::clone(&failure) };
-        let thread = std::thread::Builder::new().name("recorder".into()).spawn(move || writer.work(&incoming))?;
-        Ok(Self { orders: Some(orders), thread: Some(thread), failure, run, slow: None })
+        let spill = Self {
+            orders: Some(orders),
+            thread: None,
+            trouble,
+            run,
+            given: 0,
+            done: Arc::default(),
+            unsent: VecDeque::new(),
+            refused: false,
+            slow: false,
+            loss: None,
+        };
+        (spill, incoming)
     }
 
     /// Number of this run among those in the folder.
@@ -49,44 +114,80 @@ impl Spill {
         self.run
     }
 
-    /// A segment. In real time nobody waits for the disk.
-    pub(super) fn segment(&mut self, chunk: Vec<u8>, real_time: bool) {
-        self.order(Order::Segment(chunk), real_time);
-    }
-
-    pub(super) fn component(&mut self, hash: String, bytes: &[u8]) {
-        self.order(Order::Component(hash, bytes.to_vec()), false);
-    }
-
-    /// What was ordered is to be on the disk as soon as it can.
-    pub(super) fn sync(&mut self) {
-        self.order(Order::Sync, true);
-    }
-
-    fn order(&mut self, order: Order, no_waiting: bool) {
-        let Some(orders) = &self.orders else { return };
-        if !no_waiting {
-            // The thread ends only after this end has gone.
-            let _ = orders.send(order);
-        } else if let Err(TrySendError::Full(_)) = orders.try_send(order) {
-            // One sentence until it has kept up for a while, not one per segment.
-            if self.slow.replace(0).is_none() {
-                fail(&self.failure, "the disk is too slow; segments are left out".into());
+    /// Orders something. Without `waiting` a segment that finds no room is left out; the rest is ordered later.
+    pub(super) fn order(&mut self, order: Order, waiting: bool) {
+        self.order_unsent(waiting);
+        match self.give(order, waiting) {
+            None => {}
+            Some(Order::Segment(..)) => {
+                self.slow = true;
+                self.loss.get_or_insert_default().segments += 1;
             }
-        } else {
-            self.slow = self.slow.map(|orders| orders + 1).filter(|orders| *orders < WAITING);
+            Some(Order::Sync) if self.unsent.iter().any(|o| matches!(o, Order::Sync)) => {}
+            Some(order) => self.unsent.push_back(order),
         }
     }
 
-    /// What has gone wrong since it was asked last.
-    pub(super) fn failure(&mut self) -> Option<String> {
-        self.failure.lock().unwrap_or_else(PoisonError::into_inner).take()
+    fn order_unsent(&mut self, waiting: bool) {
+        while let Some(order) = self.unsent.pop_front() {
+            if let Some(order) = self.give(order, waiting) {
+                return self.unsent.push_front(order);
+            }
+        }
+    }
+
+    /// Gives it back when there is no room.
+    fn give(&mut self, order: Order, waiting: bool) -> Option<Order> {
+        let orders = self.orders.as_ref()?;
+        let given = if waiting {
+            orders.send(order).is_ok()
+        } else {
+            match orders.try_send(order) {
+                Err(TrySendError::Full(order)) => return Some(order),
+                // A writer that has panicked takes nothing any more, which its panic has told.
+                other => other.is_ok(),
+            }
+        };
+        self.given += u64::from(given);
+        None
+    }
+
+    /// What there is to be told of the files since it was asked last.
+    pub(super) fn told(&mut self) -> Vec<Told> {
+        self.order_unsent(false);
+        let mut told = Vec::new();
+        while let Ok(trouble) = self.trouble.try_recv() {
+            let loss = self.loss.get_or_insert_default();
+            match trouble {
+                Trouble::Refused(why) => (self.refused, loss.why) = (true, Some(why)),
+                Trouble::Accepted(segments) => {
+                    self.refused = false;
+                    loss.segments += segments;
+                }
+            }
+        }
+        // It has kept up when it is done with everything.
+        self.slow &= self.done.load(Ordering::Acquire) != self.given || !self.unsent.is_empty();
+        let over = !self.refused && !self.slow;
+        if let Some(loss) = &mut self.loss {
+            if !std::mem::replace(&mut loss.told, true) {
+                told.push(Told::NotWritten(loss.why.take().unwrap_or_else(|| "the disk is too slow".into())));
+            }
+            if over {
+                told.push(Told::Written(loss.segments));
+                self.loss = None;
+            }
+        }
+        told
     }
 }
 
 impl Drop for Spill {
     /// Waits for the disk: the plant has stopped.
     fn drop(&mut self) {
+        if self.thread.is_some() {
+            self.order_unsent(true);
+        }
         self.orders = None;
         if let Some(thread) = self.thread.take() {
             // A panic has been told by itself.
@@ -95,142 +196,55 @@ impl Drop for Spill {
     }
 }
 
-fn fail(failure: &Mutex<Option<String>>, why: String) {
-    failure.lock().unwrap_or_else(PoisonError::into_inner).get_or_insert(why);
-}
-
-struct Writer {
-    folder: PathBuf,
-    room: u64,
-    run: u64,
-    number: u64,
-    file: Option<(File, u64)>,
-    failure: Arc<Mutex<Option<String>>>,
-}
-
-impl Writer {
-    fn work(mut self, incoming: &Receiver<Order>) {
-        // One sentence about a disk that is full, not one per segment.
-        let mut well = true;
-        for order in incoming {
-            let done = match order {
-                Order::Segment(chunk) => self.segment(&chunk),
-                Order::Component(hash, bytes) => self.component(&hash, &bytes),
-                Order::Sync => self.sync(),
-            };
-            if let Err(error) = &done {
-                // A new file begins whole; the end of this one may be torn.
-                self.file = None;
-                if well {
-                    fail(&self.failure, format!("{}: {error}", self.folder.display()));
-                }
-            }
-            well = done.is_ok();
-        }
-        let _ = self.sync();
-    }
-
-    fn segment(&mut self, chunk: &[u8]) -> Result<(), Error> {
-        let part = self.room / FILES;
-        if self.file.as_ref().is_some_and(|(_, length)| *length > 0 && length + chunk.len() as u64 > part) {
-            self.sync()?;
-            self.file = None;
-        }
-        let file = match &mut self.file {
-            Some(file) => file,
-            none => {
-                make_room(&self.folder, self.room.saturating_sub(part.max(chunk.len() as u64)))?;
-                none.insert(next_file(&self.folder, self.run, &mut self.number)?)
-            }
-        };
-        file.0.write_all(chunk)?;
-        file.1 += chunk.len() as u64;
-        Ok(())
-    }
-
-    /// Whole or not at all.
-    fn component(&self, hash: &str, bytes: &[u8]) -> Result<(), Error> {
-        let path = self.folder.join(format!("{hash}.wasm"));
-        if path.exists() {
-            return Ok(());
-        }
-        let new = path.with_extension("new");
-        let mut file = File::create(&new)?;
-        file.write_all(bytes)?;
-        file.sync_all()?;
-        std::fs::rename(new, path)
-    }
-
-    fn sync(&self) -> Result<(), Error> {
-        self.file.as_ref().map_or(Ok(()), |(file, _)| file.sync_data())
-    }
-}
-
-/// A file of segments.
-struct Listed {
-    path: PathBuf,
-    run: Option<u64>,
-    length: u64,
-}
-
-/// Files of segments, the oldest first.
-fn segments(folder: &Path) -> std::io::Result<Vec<Listed>> {
-    let mut files = Vec::new();
-    for entry in std::fs::read_dir(folder)? {
-        let entry = entry?;
-        let path = entry.path();
-        if path.extension().is_some_and(|e| e == ENDING) {
-            let run = path.file_stem().and_then(|s| s.to_str()?.split('-').next()?.parse().ok());
-            files.push(Listed { run, length: entry.metadata()?.len(), path });
-        }
-    }
-    files.sort_by(|a, b| a.path.cmp(&b.path));
-    Ok(files)
-}
-
-/// A new file with its beginning, and its length; none stays behind that has no room for it. Run and number in six digits
-/// each: their names are in the order of time.
-fn next_file(folder: &Path, run: u64, number: &mut u64) -> Result<(File, u64), Error> {
-    let path = folder.join(format!("{run:06}-{:06}.{ENDING}", *number + 1));
-    let mut file = OpenOptions::new().write(true).create_new(true).open(&path)?;
-    let beginning = header();
-    if let Err(error) = file.write_all(&beginning) {
-        // The number is free again: a full disk is not filled with names.
-        let _ = std::fs::remove_file(&path);
-        return Err(error);
-    }
-    *number += 1;
-    Ok((file, beginning.len() as u64))
-}
-
-/// Deletes files that hold nothing, and the oldest ones until the rest is no longer than this. The newest stays.
-fn make_room(folder: &Path, length: u64) -> Result<(), Error> {
-    let mut files = segments(folder)?;
-    files.retain(|f| f.length > header().len() as u64 || std::fs::remove_file(&f.path).is_err());
-    let mut sum: u64 = files.iter().map(|f| f.length).sum();
-    for file in files.iter().take(files.len().saturating_sub(1)) {
-        if sum <= length {
-            break;
-        }
-        std::fs::remove_file(&file.path)?;
-        sum -= file.length;
-    }
-    Ok(())
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
 
+    fn segment(n: usize) -> Order {
+        Order::Segment("c".into(), vec![n as u8])
+    }
+
     #[test]
-    fn files_that_hold_nothing_go_when_room_is_made() {
-        let folder = tempfile::tempdir().expect("a folder");
-        let name = |n: u32| folder.path().join(format!("000001-{n:06}.{ENDING}"));
-        std::fs::write(name(1), b"").expect("written");
-        std::fs::write(name(2), header()).expect("written");
-        std::fs::write(name(3), [&header()[..], b"a segment"].concat()).expect("written");
-        make_room(folder.path(), 1 << 20).expect("made");
-        let left: Vec<_> = segments(folder.path()).expect("listed").into_iter().map(|f| f.path).collect();
-        assert_eq!(left, [name(3)]);
+    fn a_disk_that_does_nothing_holds_nobody_up_and_is_told_once_when_it_begins_and_once_when_it_ends() {
+        let (_refuses, trouble) = channel();
+        let (mut spill, disk) = Spill::to(trouble, 1);
+        let mut told = Vec::new();
+        for n in 0..WAITING + 100 {
+            spill.order(segment(n), false);
+            told.extend(spill.told());
+        }
+        // What other segments need is not left out.
+        spill.order(Order::Component("c".into(), vec![1]), false);
+        spill.order(Order::Sync, false);
+        spill.order(Order::Sync, false);
+        assert_eq!(told, [Told::NotWritten("the disk is too slow".into())]);
+        // It wakes up.
+        let (mut segments, mut others) = (0, 0);
+        while let Ok(order) = disk.try_recv() {
+            if matches!(order, Order::Segment(..)) {
+                segments += 1
+            } else {
+                others += 1
+            }
+            spill.done.fetch_add(1, Ordering::Release);
+            told.extend(spill.told());
+        }
+        assert_eq!((segments, others), (WAITING, 2));
+        assert_eq!(told[1..], [Told::Written(100)]);
+        assert_eq!(spill.told(), []);
+    }
+
+    #[test]
+    fn a_disk_that_refuses_is_told_in_the_same_way() {
+        let (disk, trouble) = channel();
+        let (mut spill, _orders) = Spill::to(trouble, 1);
+        disk.send(Trouble::Refused("full".into())).expect("somebody listens");
+        assert_eq!(spill.told(), [Told::NotWritten("full".into())]);
+        assert_eq!(spill.told(), []);
+        disk.send(Trouble::Accepted(7)).expect("somebody listens");
+        disk.send(Trouble::Refused("full again".into())).expect("somebody listens");
+        assert_eq!(spill.told(), [], "it was not over");
+        disk.send(Trouble::Accepted(3)).expect("somebody listens");
+        assert_eq!(spill.told(), [Told::Written(10)]);
     }
 }

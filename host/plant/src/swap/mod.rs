@@ -67,6 +67,7 @@ pub struct Swaps {
     of_sinks: Vec<sinks::SinkSwap>,
     /// By name of the sink, of kind `component`.
     loggers: BTreeMap<String, loggers::Logger>,
+    untaps: shade::Untaps,
 }
 
 /// A swap under way.

@@ -220,6 +220,13 @@ impl Context<'_> {
         let carry = if warm { Carry::Transfer(Box::new(retained)) } else { Carry::Cold };
         let mut candidate = None;
         if self.shadow {
+            part.recipe.rehearse_save().map_err(|fault| {
+                format!(
+                    "no shadow: what runs fails when its state is saved, and would be out of order then: {}; swap it without \
+                     --shadow, or try the new version on a recording with `latchwork replay --with`",
+                    fault.message
+                )
+            })?;
             candidate = Some(recipe.make().map_err(told)?);
         }
         Ok(Ready {

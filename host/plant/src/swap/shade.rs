@@ -4,9 +4,36 @@ use super::prepare::Ready;
 use super::turn::Step;
 use super::{Candidate, Phase, Shadow, Stage, Swap, Tolerance, Verdict};
 use crate::assemble::{Plant, Time};
+use crate::lane::Request;
 use crate::operate::Refused;
 use latchwork_testbed::replay::Tolerances;
 use std::sync::Arc;
+
+/// Taps that are to end and whose lanes had no room for that yet.
+#[derive(Default)]
+pub(super) struct Untaps(Vec<(usize, u32, Request)>);
+
+impl Untaps {
+    /// The tap on a block of a lane is to end.
+    fn add(&mut self, lane: usize, block: u32, request: Request) {
+        self.replaced(lane, block);
+        self.0.push((lane, block, request));
+    }
+
+    /// Another one has taken its place, which has ended it.
+    fn replaced(&mut self, lane: usize, block: u32) {
+        self.0.retain(|(l, b, _)| (*l, *b) != (lane, block));
+    }
+
+    /// Sends what there is room for, in order.
+    fn send(&mut self, mut send: impl FnMut(usize, Request) -> Result<(), Request>) {
+        for (lane, block, request) in std::mem::take(&mut self.0) {
+            if let Err(request) = send(lane, request) {
+                self.0.push((lane, block, request));
+            }
+        }
+    }
+}
 
 /// Refuses tolerances that mean nothing.
 pub(super) fn check(tolerances: &[Tolerance]) -> Result<(), Refused> {
@@ -34,9 +61,11 @@ impl Plant {
             };
             let started = Shadow::start(candidate).map_err(|why| why.to_string());
             let sent = started.and_then(|(shadow, request)| {
-                shadows.push(shadow);
                 let sent = self.supervisor.send(swap.lane, request);
-                sent.map_err(|_| "its lane has not taken earlier requests; does it run?".to_owned())
+                sent.map_err(|_| "its lane has not taken earlier requests; does it run?".to_owned())?;
+                self.swaps.untaps.replaced(swap.lane, self.desk.places[part.block]);
+                shadows.push(shadow);
+                Ok(())
             });
             if let Err(why) = sent {
                 self.end_shadows(swap.lane, &shadows);
@@ -79,8 +108,51 @@ impl Plant {
     /// Ends their taps.
     pub(super) fn end_shadows(&mut self, lane: usize, shadows: &[Shadow]) {
         for shadow in shadows {
-            // A lane that has no room for it ends the tap at the exchange, or has ended itself.
-            let _ = self.supervisor.send(lane, shadow.stop());
+            self.swaps.untaps.add(lane, shadow.block(), shadow.stop());
         }
+        self.untap();
+    }
+
+    /// Ends taps whose lanes had no room for that before.
+    pub(super) fn untap(&mut self) {
+        self.swaps.untaps.send(|lane, request| self.supervisor.send(lane, request));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::lane::TapSlot;
+
+    fn untap(block: u32) -> Request {
+        Request::Untap { block, slot: TapSlot::Shadow }
+    }
+
+    /// What is sent when lane 0 has room for so many.
+    fn sent(untaps: &mut Untaps, mut room: usize) -> Vec<(usize, u32)> {
+        let mut sent = Vec::new();
+        untaps.send(|lane, request| match request {
+            Request::Untap { block, .. } if lane > 0 || room > 0 => {
+                room -= usize::from(lane == 0);
+                sent.push((lane, block));
+                Ok(())
+            }
+            request => Err(request),
+        });
+        sent
+    }
+
+    #[test]
+    fn a_tap_whose_end_found_no_room_is_ended_later_and_no_other_in_its_place() {
+        let mut untaps = Untaps::default();
+        for (lane, block) in [(0, 3), (0, 4), (1, 3), (0, 3), (0, 5)] {
+            untaps.add(lane, block, untap(block));
+        }
+        assert_eq!(sent(&mut untaps, 0), [(1, 3)], "one lane does not wait for another");
+        assert_eq!(sent(&mut untaps, 1), [(0, 4)]);
+        // The shadow of the next swap is not ended by the end of the one before.
+        untaps.replaced(0, 3);
+        assert_eq!(sent(&mut untaps, 9), [(0, 5)]);
+        assert_eq!(sent(&mut untaps, 9), []);
     }
 }

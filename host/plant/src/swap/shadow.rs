@@ -144,6 +144,11 @@ impl Shadow {
         self.known.progress().left
     }
 
+    /// Place of its block in the lane.
+    pub(super) fn block(&self) -> u32 {
+        self.block
+    }
+
     /// The request that ends its tap; to be sent whatever the verdict was.
     pub fn stop(&self) -> Request {
         self.known.stop.store(true, Ordering::Relaxed);

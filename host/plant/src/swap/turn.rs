@@ -20,6 +20,7 @@ impl Plant {
     /// What is under way goes on, at plant time `now`, ns.
     pub(crate) fn swap_turn(&mut self, now: u64) {
         self.sinks_turn(now);
+        self.untap();
         if self.swaps.under_way.is_empty() {
             return;
         }

@@ -51,6 +51,16 @@ impl Workers {
         }
     }
 
+    /// Has a thread do something in passing: it is no swap, and holds none up.
+    ///
+    /// # Errors
+    /// The system gives no thread.
+    fn aside(&mut self, work: impl FnOnce() + Send + 'static) -> Result<(), String> {
+        let cpus = std::thread::available_parallelism().map_or(1, usize::from);
+        pool(&mut self.prepare, "prepare", (cpus / 2).clamp(1, MOST))?.spawn(work);
+        Ok(())
+    }
+
     /// Has a thread save something: that does not wait until something else is compiled.
     ///
     /// # Errors
@@ -69,6 +79,13 @@ impl Workers {
 /// Jobs that hold it.
 fn count(of_pool: &Arc<()>) -> usize {
     Arc::strong_count(of_pool) - 1
+}
+
+impl super::Swaps {
+    /// Has something done beside the lanes, at the lowest priority, that belongs to no swap.
+    pub(crate) fn aside(&mut self, work: impl FnOnce() + Send + 'static) -> Result<(), String> {
+        self.workers.aside(work)
+    }
 }
 
 /// A wish stands until it is dropped.

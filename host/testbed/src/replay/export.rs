@@ -9,7 +9,7 @@ use super::grounds::Grounds;
 use super::player::Version;
 use super::run::{nearest, segments_of, version_of};
 use super::{Event, Options, Recording, ReplayError, Segment, Start};
-use latchwork_block::{Class, Engine, Port, Scan};
+use latchwork_block::{Class, Engine, FaultKind, Port, Scan};
 use latchwork_image::{Type, format_duration};
 use std::fmt::Write;
 use step::{Step, changes, input_changes, value};
@@ -55,6 +55,7 @@ pub fn export(
         if segment.head.number != number
             || segment.head.hash != first.head.hash
             || segment.head.cells != first.head.cells
+            || segment.head.settings.len() != first.head.settings.len()
         {
             notes.push(format!(
                 "it ends at {}: what follows was lost or is another version",
@@ -86,6 +87,8 @@ struct Case<'a> {
     restart: bool,
     last: u64,
     executions: u64,
+    /// Plant time of the first execution that gave something else than was recorded, ns.
+    astray: Option<u64>,
 }
 
 impl<'a> Case<'a> {
@@ -111,6 +114,7 @@ impl<'a> Case<'a> {
             restart: false,
             last: 0,
             executions: 0,
+            astray: None,
         })
     }
 
@@ -121,14 +125,18 @@ impl<'a> Case<'a> {
             match events.next_event() {
                 Ok(None) => return true,
                 Ok(Some(Event::Execution { scan, .. })) if scan.now > to => return false,
-                Ok(Some(Event::Execution { scan, arguments, .. })) => {
-                    self.execute(scan, arguments);
+                Ok(Some(Event::Execution { scan, arguments, outputs })) => {
+                    if outputs == Err(FaultKind::Budget) {
+                        let at = format_duration(scan.now);
+                        notes.push(format!("at {at} it exceeded its budget when it was recorded, and began anew"));
+                    }
+                    self.execute(scan, arguments, outputs);
                     if self.steps.len() >= STEPS {
                         notes.push(format!("it ends at {}: {STEPS} steps are enough", format_duration(scan.now)));
                         return false;
                     }
                 }
-                Ok(Some(Event::Settings { cells, taken })) => self.configure(cells, taken == Some(true)),
+                Ok(Some(Event::Settings { cells, taken })) => self.configure(cells, taken == Ok(true)),
                 Ok(Some(Event::Restarted)) => {
                     self.grounds.start(&self.settings, &[]);
                     self.restart = true;
@@ -160,7 +168,7 @@ impl<'a> Case<'a> {
         self.pending = Some((before, refused.or(was_refused)));
     }
 
-    fn execute(&mut self, scan: Scan, arguments: &[u64]) {
+    fn execute(&mut self, scan: Scan, arguments: &[u64], recorded: Result<&[u64], FaultKind>) {
         let own = self.inputs.len() - usize::from(!self.class.commands.is_empty());
         let result = self.grounds.execute(scan, arguments);
         let (outputs, fault) = match result {
@@ -169,6 +177,14 @@ impl<'a> Case<'a> {
             None => return,
         };
         self.executions += 1;
+        let same = match recorded {
+            Ok(recorded) => outputs.as_deref() == Some(recorded),
+            Err(FaultKind::Budget) => true,
+            Err(kind) => fault == Some(kind.name()),
+        };
+        if !same {
+            self.astray.get_or_insert(scan.now);
+        }
         let of_outputs = outputs.as_ref().map_or(0, |o| o.len() - usize::from(!self.class.alarms.is_empty()));
         let (changed, alarms) = match (&outputs, &self.outputs) {
             (Some(new), Some(old)) => (
@@ -224,6 +240,14 @@ impl<'a> Case<'a> {
         let head = &self.start.head;
         if self.large() {
             notes.push("it will not be read: TOML has no whole numbers above 9223372036854775807".into());
+        }
+        if let Some(at) = self.astray {
+            notes.push(format!(
+                "from {} on it gives something else than was recorded: what {} remembers and does not retain is not in the \
+                 state that it begins with; from its cold start on (--from 0s) it may be",
+                format_duration(at),
+                head.class
+            ));
         }
         let (grid, class) = (self.grid(), &self.class);
         let mut text = String::new();

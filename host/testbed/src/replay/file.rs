@@ -7,11 +7,12 @@
 //! ```
 
 use super::Segment;
+use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
 const MAGIC: &[u8; 8] = b"LATCHREC";
 /// Version of the format.
-pub const VERSION: u32 = 1;
+pub const VERSION: u32 = 2;
 const COMPONENT: u8 = 1;
 const SEGMENT: u8 = 2;
 /// Ending of the files.
@@ -37,6 +38,16 @@ fn chunk(kind: u8, payload: &[u8]) -> Vec<u8> {
     let length = u32::try_from(payload.len()).unwrap_or(u32::MAX);
     let sum = crc32fast::hash(payload);
     [&[kind][..], &length.to_le_bytes(), &sum.to_le_bytes(), payload].concat()
+}
+
+/// Hashes of the components that a file's segments need, as far as they can be read; none of a file without a beginning.
+pub fn components_of(path: &Path) -> Result<BTreeSet<String>, RecordingError> {
+    let mut found = Found::default();
+    match found.read(path) {
+        Ok(()) | Err(RecordingError::Foreign { .. }) => {}
+        Err(error) => return Err(error),
+    }
+    Ok(found.segments.into_iter().map(|segment| segment.head.hash).collect())
 }
 
 /// What was found in a file.

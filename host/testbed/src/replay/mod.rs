@@ -20,7 +20,7 @@ mod tolerances;
 pub use compare::Comparer;
 pub use events::{Decoder, Encoder, Event, Shape};
 pub use export::{Exported, export};
-pub use file::{ENDING, RecordingError, VERSION, component_chunk, header, segment_chunk};
+pub use file::{ENDING, RecordingError, VERSION, component_chunk, components_of, header, segment_chunk};
 pub use recording::{Recording, hash_of};
 pub use report::{Deviation, FailedRun, Other, Replayed, named};
 pub use run::{Options, ReplayError, replay};

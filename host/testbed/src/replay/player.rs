@@ -2,8 +2,8 @@
 
 use super::report::{FailedRun, Replayed, clock, named};
 use super::{Comparer, Head, Tolerances};
-use latchwork_block::upgrade::{Mapping, Transfer};
-use latchwork_block::{Class, Component, Fault, Instance, Limits, LoadError, Scan, Template};
+use latchwork_block::upgrade::{Fate, Mapping, Transfer};
+use latchwork_block::{Class, Component, Fault, FaultKind, Instance, Limits, LoadError, Scan, Template};
 use sha2::{Digest, Sha256};
 use std::sync::Arc;
 
@@ -83,17 +83,30 @@ impl Player {
         let (recorded, class) = (Arc::clone(&version.recorded), Arc::clone(version.template.class()));
         let arguments = class.argument_cells();
         let comparer = Comparer::new(&recorded, &class, |output| within.of(block, output));
+        let state = Transfer::new(&recorded.retained, &class.retained, lossy);
+        let settings = Transfer::new(&recorded.settings, &class.settings, lossy);
+        let mut told = Replayed::default();
+        for (what, fields) in [("retained field", &state), ("setting", &settings)] {
+            for field in fields.refused() {
+                let Fate::Lossy { from, to, .. } = &field.fate else { continue };
+                told.note(format!(
+                    "{what} `{}` would lose something from {from} to {to}: it keeps what the other component starts with; \
+                     --allow-lossy clamps it",
+                    field.name
+                ));
+            }
+        }
         Self {
             instance: None,
             mapping: Mapping::new(&recorded, &class),
-            state: Transfer::new(&recorded.retained, &class.retained, lossy),
-            settings: Transfer::new(&recorded.settings, &class.settings, lossy),
+            state,
+            settings,
             recorded_settings: Vec::new(),
             cells: vec![0; arguments + class.output_cells()],
             ins: (0..arguments as u32).collect(),
             comparer: if version.other { comparer } else { comparer.exact() },
             hashes: Default::default(),
-            told: Replayed::default(),
+            told,
             version,
         }
     }
@@ -110,6 +123,12 @@ impl Player {
     /// What comes until the next state or cold start cannot be replayed.
     pub(super) fn lose(&mut self) {
         self.instance = None;
+    }
+
+    /// The same of a segment that begins with these settings: a restart in it has them.
+    pub(super) fn lose_with(&mut self, settings: &[u64]) {
+        self.recorded_settings = settings.to_vec();
+        self.lose();
     }
 
     /// A fresh instance with the settings that were last recorded.
@@ -174,20 +193,24 @@ impl Player {
         }
     }
 
-    pub(super) fn configure(&mut self, cells: &[u64], taken: Option<bool>) {
+    pub(super) fn configure(&mut self, cells: &[u64], taken: Result<bool, FaultKind>) {
         let before = std::mem::replace(&mut self.recorded_settings, cells.to_vec());
         let Some(mut instance) = self.instance.take() else {
-            if taken != Some(true) {
+            if taken != Ok(true) {
                 self.recorded_settings = before;
             }
             return;
         };
         let answer = self.settings_of(&mut instance).and_then(|settings| instance.configure(&settings));
-        if taken != Some(true) {
+        if taken != Ok(true) {
             self.recorded_settings = before;
         }
         match (answer, taken) {
-            (Ok(answer), Some(taken)) => {
+            (_, Err(FaultKind::Budget)) => self.told.note(
+                "once it took too long over settings when it was recorded: that depends on the machine and is left out"
+                    .into(),
+            ),
+            (Ok(answer), Ok(taken)) => {
                 if answer.is_ok() != taken {
                     self.told.different += 1;
                     let why = answer.err().map(|why| format!(": {why}")).unwrap_or_default();
@@ -197,22 +220,29 @@ impl Player {
                 }
                 self.instance = Some(instance);
             }
-            (Err(_), None) => {}
-            (Ok(_), None) => {
+            (Err(_), Err(_)) => {}
+            (Ok(_), Err(_)) => {
+                self.told.different += u64::from(!self.version.other);
                 self.told.note("a recorded fault over settings did not happen again".into());
-                self.instance = Some(instance);
             }
-            (Err(fault), Some(_)) => self.fails(&fault, 0, Vec::new()),
+            (Err(fault), Ok(_)) => self.fails(&fault, 0, Vec::new()),
         }
     }
 
     /// One execution; it is compared if it `counts`.
-    pub(super) fn execute(&mut self, scan: Scan, arguments: &[u64], recorded: Option<&[u64]>, counts: bool) {
+    pub(super) fn execute(&mut self, scan: Scan, arguments: &[u64], recorded: Result<&[u64], FaultKind>, counts: bool) {
         let own = self.ins.len();
         let Some(instance) = &mut self.instance else {
             self.told.skipped += u64::from(counts);
             return;
         };
+        if recorded == Err(FaultKind::Budget) && !self.version.other {
+            if counts {
+                self.told.note(too_long(scan.now));
+            }
+            self.instance = None;
+            return;
+        }
         if self.version.other {
             self.mapping.arguments(arguments, &mut self.cells[..own]);
         } else {
@@ -230,27 +260,33 @@ impl Player {
             self.told.executions += 1;
         }
         let outputs = &self.cells[own..];
-        for (hash, outputs) in self.hashes.iter_mut().zip([recorded, result.is_ok().then_some(outputs)]) {
+        let replayed = result.as_ref().map(|()| outputs).map_err(|fault| fault.kind);
+        for (hash, outputs) in self.hashes.iter_mut().zip([recorded, replayed]) {
             if counts {
                 add(hash, scan.now, outputs);
             }
         }
         match (result, recorded) {
-            (Ok(()), Some(recorded)) => {
+            (Ok(()), Ok(recorded)) => {
                 if counts && !self.comparer.compare(scan.now, arguments, recorded, outputs) {
                     self.told.different += 1;
                 }
             }
-            (Err(_), None) => self.instance = None,
-            (Ok(()), None) => {
-                self.told.different += u64::from(counts && !self.version.other);
-                let at = clock(scan.now);
-                self.told.note(format!(
-                    "the recorded fault at {at} did not happen again: a budget that was exceeded then is none here"
-                ));
+            (Err(fault), Err(kind)) if fault.kind == kind || self.version.other => self.instance = None,
+            (result, Err(kind)) => {
                 self.instance = None;
+                if !self.version.other {
+                    self.told.different += u64::from(counts);
+                } else if kind == FaultKind::Budget {
+                    return self.told.note(too_long(scan.now));
+                }
+                let again = match result {
+                    Ok(()) => "did not happen again".into(),
+                    Err(fault) => format!("was another one now: {fault}"),
+                };
+                self.told.note(format!("the recorded fault ({}) at {} {again}", kind.name(), clock(scan.now)));
             }
-            (Err(fault), Some(_)) => {
+            (Err(fault), Ok(_)) => {
                 self.told.different += u64::from(counts);
                 let inputs = named(&self.version.recorded, arguments);
                 self.fails(&fault, scan.now, inputs);
@@ -286,8 +322,17 @@ impl Player {
     }
 }
 
-fn add(hash: &mut Sha256, now: u64, outputs: Option<&[u64]>) {
+/// What is told of a recorded budget that was exceeded.
+fn too_long(at: u64) -> String {
+    let at = clock(at);
+    format!(
+        "at {at} it exceeded its budget when it was recorded: that depends on the machine, and the execution is left out"
+    )
+}
+
+fn add(hash: &mut Sha256, now: u64, outputs: Result<&[u64], FaultKind>) {
     hash.update(now.to_le_bytes());
-    hash.update([u8::from(outputs.is_some())]);
+    // What faulted has no outputs; how it did is told apart.
+    hash.update([outputs.err().map_or(1, |kind| 0x80 | kind.code())]);
     outputs.unwrap_or(&[]).iter().for_each(|cell| hash.update(cell.to_le_bytes()));
 }

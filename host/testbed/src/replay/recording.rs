@@ -29,6 +29,10 @@ impl Recording {
                         Err(RecordingError::Foreign { path }) => {
                             found.damage.push(format!("{}: it has no beginning; it is left out", path.display()));
                         }
+                        // What another Latchwork has left there is no reason not to read the rest.
+                        Err(error @ RecordingError::Version { .. }) => {
+                            found.damage.push(format!("{error}; it is left out"))
+                        }
                         other => other?,
                     },
                     Some("wasm") => {

@@ -214,7 +214,7 @@ impl Replay<'_> {
         }
         match &head.start {
             Start::Cold => player.cold(&head.settings),
-            Start::Continued if !follows => player.lose(),
+            Start::Continued if !follows => player.lose_with(&head.settings),
             // A version that came with a swap: this state is all it got.
             Start::State(cells) if new && follows && !cells.is_empty() => player.state(&head.settings, cells),
             Start::State(cells) if follows && player.lives() => player.check_state(cells, head.from),
@@ -255,7 +255,7 @@ impl Replay<'_> {
                 Event::Settings { cells, taken } => player.configure(cells, taken),
                 Event::Restarted => player.restart(),
                 Event::Missed(n) => {
-                    self.told.missed += n;
+                    self.told.missed = self.told.missed.saturating_add(n);
                     player.lose();
                 }
             }

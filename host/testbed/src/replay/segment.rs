@@ -70,7 +70,7 @@ pub struct Segment {
 impl Segment {
     /// What happened, in order.
     pub fn events(&self) -> Decoder<'_> {
-        Decoder::new(self.head.shape(), &self.bytes)
+        Decoder::new(self.head.shape(), self.head.executions, &self.bytes)
     }
 
     pub(super) fn to_bytes(&self) -> Vec<u8> {
@@ -88,12 +88,33 @@ impl Segment {
         if head.cells.iter().chain([&head.settings.len()]).any(|n| *n > CELLS) {
             return Err(Damaged("a block with more cells than a class has"));
         }
-        Ok(Self { head, bytes: events.to_vec() })
+        if head.executions > EXECUTIONS {
+            return Err(Damaged("it says that it has more executions than a segment may have"));
+        }
+        if head.number == u64::MAX {
+            return Err(Damaged("its number is the last that there is"));
+        }
+        let segment = Self { head, bytes: events.to_vec() };
+        segment.check()?;
+        Ok(segment)
+    }
+
+    /// Whoever reads its events finds no damage any more.
+    fn check(&self) -> Result<(), Damaged> {
+        let (mut events, mut missed) = (self.events(), 0u64);
+        while let Some(event) = events.next_event()? {
+            if let Event::Missed(n) = event {
+                missed = missed.saturating_add(n);
+            }
+        }
+        if missed == self.head.missed { Ok(()) } else { Err(Damaged("it misses other executions than it says")) }
     }
 }
 
 /// Most cells of a part of a class.
 const CELLS: usize = 16_384;
+/// Executions after which a segment is cut: few bytes may stand for many, and a replay must end.
+const EXECUTIONS: u64 = 1 << 16;
 
 impl Head {
     fn shape(&self) -> Shape {
@@ -126,16 +147,16 @@ impl Writer {
                 self.head.to = scan.now;
                 self.head.executions += 1;
             }
-            Event::Missed(n) => self.head.missed += n,
-            Event::Settings { cells, taken: Some(true) } => self.settings = cells.to_vec(),
+            Event::Missed(n) => self.head.missed = self.head.missed.saturating_add(n),
+            Event::Settings { cells, taken: Ok(true) } => self.settings = cells.to_vec(),
             _ => {}
         }
         self.encoder.add(event);
     }
 
-    /// Bytes of its events so far.
-    pub fn len(&self) -> usize {
-        self.encoder.len()
+    /// It is to be cut: it has `bytes`, or as many executions as a segment may have.
+    pub fn is_full(&self, bytes: usize) -> bool {
+        self.encoder.len() >= bytes || self.head.executions >= EXECUTIONS
     }
 
     /// Nothing has happened.

@@ -50,3 +50,17 @@ fn a_candidate_that_starts_cold_in_the_shadow_sees_what_it_would_see_in_the_lane
     let first = (ran.at("count.outputs.elapsed", at), ran.at("count.outputs.first", at));
     assert_eq!(first, ("0", "true"), "so it is in the lane");
 }
+
+#[test]
+fn a_block_that_cannot_be_saved_gets_no_shadow_and_is_not_put_out_of_order_by_it() {
+    let rig = plant_with(&Counter::new(1).bad(Bad::Save), "").with("v2", &Counter::new(2).component());
+    let rows: String = (1..6).map(|n| format!("{n}s,swap.count,v2.wasm shadow=20\n")).collect();
+    let ran = rig.stimulus(&rows).run_for(7 * S);
+    undisturbed(&ran, 700);
+    assert_eq!(ran.told(Kind::Fault), [""; 0]);
+    let refused: Vec<_> = ran.records.iter().filter(|r| r.transition == "refused").collect();
+    assert_eq!(refused.len(), 5, "{:#?}", told(&ran));
+    let why = &refused[0].text;
+    assert!(why.contains("no shadow: what runs fails when its state is saved"), "{why}");
+    assert!(why.contains("latchwork replay --with"), "{why}");
+}

@@ -136,8 +136,11 @@ impl Worker {
             return Some(Verdict::Failed(why));
         }
         match frame {
-            Frame::State { state: TapState::Absent | TapState::Unsaved, .. } => {
+            Frame::State { state: TapState::Absent, .. } => {
                 failed("the running block is out of order: there is nothing to compare with")
+            }
+            Frame::State { state: TapState::Unsaved, .. } => {
+                failed("the running block cannot be saved: there is no state for the candidate to begin with")
             }
             // Another state of a block that is followed already tells nothing new.
             Frame::State { .. } if self.started => None,
@@ -145,14 +148,16 @@ impl Worker {
                 (self.started, self.last) = (true, last);
                 self.restore(state).and_then(|fault| self.fails(&fault, "took the running block's state", None))
             }
-            Frame::Execution { outputs: None, .. } => failed("the running block has faulted meanwhile"),
+            Frame::Execution { outputs: Err(_), .. } => failed("the running block has faulted meanwhile"),
             Frame::Restarted => failed("the running block was restarted meanwhile"),
             Frame::Waits | Frame::Ended => failed("the running block was exchanged or let go meanwhile"),
-            Frame::Execution { scan, took, arguments, outputs: Some(outputs) } => {
+            Frame::Execution { scan, took, arguments, outputs: Ok(outputs) } => {
                 self.execute(scan, took, arguments, outputs)
             }
-            Frame::Settings { taken: Some(false), .. } => None,
-            Frame::Settings { taken: None, .. } => failed("the running block has faulted over its settings meanwhile"),
+            Frame::Settings { taken: Ok(false), .. } => None,
+            Frame::Settings { taken: Err(_), .. } => {
+                failed("the running block has faulted over its settings meanwhile")
+            }
             Frame::Settings { cells, .. } => self.configure(cells),
         }
     }

@@ -1,0 +1,115 @@
+//! The other end of a tap: words become frames again.
+
+use super::{
+    ABSENT, COLD, EXECUTION, FAULTED, FIRST, HEAD, KIND, LENGTH, MISSED, REFUSED, RESTARTED, SETTINGS, STATE, WAITS,
+};
+use latchwork_block::{FaultKind, Scan};
+
+/// The listener's end of a tap.
+pub struct TapReader {
+    from: rtrb::Consumer<u64>,
+    buffer: Vec<u64>,
+    arguments: usize,
+}
+
+/// What a tap has to tell.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Frame<'a> {
+    /// The block's state, before its next execution.
+    State {
+        /// Plant time of its last execution, ns.
+        last: u64,
+        /// The state.
+        state: State<'a>,
+    },
+    /// An execution.
+    Execution {
+        /// Its time.
+        scan: Scan,
+        /// How long it took, ns; 0 when it was not measured.
+        took: u64,
+        /// Argument cells in the order of the class.
+        arguments: &'a [u64],
+        /// Output cells in the order of the class, before forces; or how the block faulted.
+        outputs: Result<&'a [u64], FaultKind>,
+    },
+    /// It got new settings; what it said.
+    Settings {
+        /// One cell per setting.
+        cells: &'a [u64],
+        /// It took them or refused them, or how it faulted over them.
+        taken: Result<bool, FaultKind>,
+    },
+    /// It has a fresh instance with the settings it last took: a cold start.
+    Restarted,
+    /// Another version executes from now on. This one may come back, until the tap is gone.
+    Waits,
+    /// It is not tapped any more.
+    Ended,
+}
+
+/// State of a block.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum State<'a> {
+    /// It has a fresh instance that has not executed yet.
+    Cold,
+    /// What it retains, one cell per port; nothing for a class that retains nothing.
+    Retained(&'a [u64]),
+    /// It is out of order.
+    Absent,
+    /// It cannot be saved.
+    Unsaved,
+}
+
+impl TapReader {
+    /// Of frames of at most so many words, and executions with so many argument cells.
+    pub(super) fn new(from: rtrb::Consumer<u64>, longest: usize, arguments: usize) -> Self {
+        Self { from, buffer: vec![0; longest], arguments }
+    }
+
+    /// The next frame and the number of frames missed before it; `None` when there is none yet.
+    pub fn next_frame(&mut self) -> Option<(u32, Frame<'_>)> {
+        let header = *self.from.peek().ok()?;
+        let words = (header >> LENGTH & 0xffff) as usize;
+        // Frames are written whole: what the header announces is there.
+        self.from.pop_entire_slice(self.buffer.get_mut(..=words)?).ok()?;
+        let words = &self.buffer[1..=words];
+        let flag = |flag| header & flag != 0;
+        let fault = flag(FAULTED).then(|| FaultKind::from_code((header >> KIND & 7) as u8).unwrap_or(FaultKind::Trap));
+        let frame = match header & 0xff {
+            STATE => Frame::State {
+                last: words[0],
+                state: match (flag(ABSENT), flag(COLD)) {
+                    (true, _) if flag(FAULTED) => State::Unsaved,
+                    (true, _) => State::Absent,
+                    (_, true) => State::Cold,
+                    _ => State::Retained(&words[1..]),
+                },
+            },
+            EXECUTION => {
+                let (arguments, outputs) = words[HEAD - 1..].split_at(self.arguments);
+                Frame::Execution {
+                    scan: Scan { now: words[0], elapsed: words[1], first: flag(FIRST) },
+                    took: words[2],
+                    arguments,
+                    outputs: fault.map_or(Ok(outputs), Err),
+                }
+            }
+            SETTINGS => Frame::Settings { cells: words, taken: fault.map_or(Ok(!flag(REFUSED)), Err) },
+            RESTARTED => Frame::Restarted,
+            WAITS => Frame::Waits,
+            _ => Frame::Ended,
+        };
+        Some(((header >> MISSED) as u32, frame))
+    }
+
+    /// Nothing more will come than what is there.
+    pub fn is_abandoned(&self) -> bool {
+        self.from.is_abandoned()
+    }
+
+    /// Nothing is there, and nothing will come.
+    pub fn is_over(&self) -> bool {
+        self.from.is_abandoned() && self.from.is_empty()
+    }
+}
