@@ -13,6 +13,7 @@
 mod bench;
 pub mod case;
 pub mod check;
+mod constant;
 pub mod fuzz;
 pub mod replay;
 

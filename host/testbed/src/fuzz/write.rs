@@ -3,8 +3,9 @@
 use super::report::Kind;
 use super::sequence::Sequence;
 use super::trial::{Failure, Trial};
+use crate::constant::constant;
 use latchwork_block::{Class, Port};
-use latchwork_image::{Quality, Type, format_duration};
+use latchwork_image::{Quality, format_duration};
 use latchwork_schema::format_size;
 use std::fmt::Write;
 
@@ -259,17 +260,6 @@ fn signal(port: &Port, cells: &[u64]) -> String {
             format!("{} = {{ value = {value}, quality = \"{quality}\" }}", port.path)
         }
         _ => named(port, cells[0]),
-    }
-}
-
-/// A value as a file has it.
-fn constant(ty: &Type, cell: u64) -> String {
-    match ty {
-        Type::F32 | Type::F64 => ty.format(cell).replace("NaN", "nan"),
-        Type::Duration | Type::Enum(_) | Type::Flags(_) => format!("\"{}\"", ty.format(cell)),
-        // The file has no such number.
-        Type::U64 if i64::try_from(cell).is_err() => format!("\"{cell}\""),
-        _ => ty.format(cell),
     }
 }
 

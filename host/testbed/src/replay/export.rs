@@ -9,10 +9,11 @@ use super::grounds::Grounds;
 use super::player::Version;
 use super::run::{nearest, segments_of, version_of};
 use super::{Event, Options, Recording, ReplayError, Segment, Start};
+use crate::constant::constant;
 use latchwork_block::{Class, Engine, FaultKind, Port, Scan};
-use latchwork_image::{Type, format_duration};
+use latchwork_image::format_duration;
 use std::fmt::Write;
-use step::{Step, changes, input_changes, value};
+use step::{Step, changes, input_changes};
 
 /// A component test made of a recording.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -211,20 +212,6 @@ impl<'a> Case<'a> {
         self.last = scan.now;
     }
 
-    /// A value is too large for TOML.
-    fn large(&self) -> bool {
-        let large = |ports: &[Port], cells: &[(usize, u64)]| {
-            let mut at = 0;
-            ports.iter().any(|port| {
-                let own = at;
-                at += 1 + usize::from(port.signal);
-                port.ty == Type::U64 && cells.iter().any(|(i, cell)| *i == own && *cell > i64::MAX as u64)
-            })
-        };
-        let class = &self.class;
-        self.steps.iter().any(|s| large(&class.inputs, &s.inputs) || large(&class.outputs, &s.outputs))
-    }
-
     /// The period of the executions, if they have one: then steps without anything new are left out.
     fn grid(&self) -> Option<u64> {
         let first = self.steps.first()?.scan;
@@ -238,9 +225,6 @@ impl<'a> Case<'a> {
 
     fn finish(self, mut notes: Vec<String>) -> Exported {
         let head = &self.start.head;
-        if self.large() {
-            notes.push("it will not be read: TOML has no whole numbers above 9223372036854775807".into());
-        }
         if let Some(at) = self.astray {
             notes.push(format!(
                 "from {} on it gives something else than was recorded: what {} remembers and does not retain is not in the \
@@ -269,7 +253,7 @@ impl<'a> Case<'a> {
             let _ = writeln!(text, "first = {}\nelapsed = {:?}", first.scan.first, format_duration(first.scan.elapsed));
         }
         let plain = |ports: &[Port], cells: &[u64]| {
-            let pairs = ports.iter().zip(cells).map(|(p, cell)| format!("{} = {}", p.path, value(&p.ty, *cell)));
+            let pairs = ports.iter().zip(cells).map(|(p, cell)| format!("{} = {}", p.path, constant(&p.ty, *cell)));
             pairs.collect::<Vec<_>>().join(", ")
         };
         if !class.settings.is_empty() {

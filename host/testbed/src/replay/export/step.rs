@@ -1,7 +1,8 @@
 //! One execution as a step of a test file.
 
+use crate::constant::constant;
 use latchwork_block::{Class, Port, Scan};
-use latchwork_image::{Quality, Type, format_duration};
+use latchwork_image::{Quality, format_duration};
 use std::fmt::Write;
 
 /// One execution, with what came before it.
@@ -38,7 +39,7 @@ impl Step {
         if let Some(settings) = self.settings.as_ref().filter(|s| !s.is_empty()) {
             let pairs = settings.iter().map(|(i, cell)| {
                 let port = &class.settings[*i];
-                format!("{} = {}", port.path, value(&port.ty, *cell))
+                format!("{} = {}", port.path, constant(&port.ty, *cell))
             });
             let _ = writeln!(text, "settings = {{ {} }}", pairs.collect::<Vec<_>>().join(", "));
         }
@@ -94,7 +95,7 @@ fn signals(ports: &[Port], changed: &[(usize, u64)]) -> String {
         let own = cell(at);
         let quality = if port.signal { cell(at + 1).map(|q| Quality::from_cell(q).name()) } else { None };
         at += 1 + usize::from(port.signal);
-        let shown = own.map(|own| value(&port.ty, own));
+        let shown = own.map(|own| constant(&port.ty, own));
         let said = match (shown, quality) {
             (Some(value), None) => value,
             (Some(value), Some("good")) => value,
@@ -110,20 +111,4 @@ fn signals(ports: &[Port], changed: &[(usize, u64)]) -> String {
 fn names(of: &[String], bits: u64) -> String {
     let on: Vec<_> = of.iter().enumerate().filter(|(i, _)| bits >> i & 1 == 1).map(|(_, n)| format!("{n:?}")).collect();
     format!("[{}]", on.join(", "))
-}
-
-/// A value as TOML. Names of WIT are bare keys there, and the dots of nested fields mean the same.
-pub(super) fn value(ty: &Type, cell: u64) -> String {
-    match ty {
-        Type::F64 | Type::F32 => {
-            let real = if *ty == Type::F32 { f32::from_bits(cell as u32).into() } else { f64::from_bits(cell) };
-            match real {
-                r if r.is_nan() => "nan".into(),
-                r if r.is_infinite() => if r > 0.0 { "inf" } else { "-inf" }.into(),
-                r => format!("{r:?}"),
-            }
-        }
-        Type::Duration | Type::Enum(_) | Type::Flags(_) => format!("{:?}", ty.format(cell)),
-        ty => ty.format(cell),
-    }
 }
