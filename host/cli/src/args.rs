@@ -125,7 +125,8 @@ pub(crate) enum Command {
     /// Test blocks without a plant: cases of steps at virtual time, from files FILE.test.toml.
     ///
     /// A case starts a new instance of the component, gives it inputs, commands and settings at times of its own, and says
-    /// what outputs, alarms and state are to be. docs/testing-a-block.md shows how such a file is written.
+    /// what outputs, alarms and state are to be. docs/testing-a-block.md shows how such a file is written. The subject may
+    /// be a whole plant as well, `plant = "plant.toml"`: docs/testing-a-plant.md.
     Test(test::Test),
     /// Search for what is wrong with a block: random inputs, times, commands, settings, restarts.
     ///

@@ -91,8 +91,9 @@ pub(crate) fn commands(checker: &mut Checker, tags: &Tags, table: &DeTable<'_>) 
 
 /// `ack`, `reset`, `shelve`, `unshelve`.
 pub(crate) fn alarms(checker: &mut Checker, tags: &Tags, table: &DeTable<'_>, values: &Values) -> Vec<Operation> {
+    type Of = fn(String) -> Operation;
     let mut list = Vec::new();
-    let wishes: [(&str, fn(String) -> Operation); 3] = [
+    let wishes: [(&str, Of); 3] = [
         ("ack", |alarm| Operation::Acknowledge { alarm, seen: None }),
         ("reset", |alarm| Operation::Reset { alarm }),
         ("unshelve", |alarm| Operation::Unshelve { alarm }),
