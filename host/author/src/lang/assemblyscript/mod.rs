@@ -71,10 +71,12 @@ fn type_ident(name: &str) -> String {
     unless(TAKEN, camel(name))
 }
 
-/// A field: any word but that of the function that makes the object.
+/// A field: any word but those that stand before fields, and that of the function that makes the object.
 fn field(name: &str) -> String {
+    const TAKEN: [&str; 9] =
+        ["abstract", "constructor", "declare", "override", "private", "protected", "public", "readonly", "static"];
     let name = lower_camel(name);
-    if name == "constructor" { name + "_" } else { name }
+    if TAKEN.contains(&name.as_str()) { name + "_" } else { name }
 }
 
 fn zero(class: &Class, ty: Ty) -> String {
