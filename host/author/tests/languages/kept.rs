@@ -120,6 +120,10 @@ fn share(language: Language, base: &Path, project: &Path) {
         Language::AssemblyScript | Language::JavaScript | Language::TypeScript => "node_modules",
         _ => return,
     };
+    // Not the first build of this project.
+    if project.join(shared).symlink_metadata().is_ok() {
+        return;
+    }
     let list = std::fs::read_to_string(project.join("package.json")).unwrap_or_default();
     // The name of the project is the only thing that differs.
     let packages: String = list.lines().filter(|l| !l.contains("\"name\"")).collect();
