@@ -3,11 +3,14 @@
 use crate::abi::Abi;
 use crate::error::AuthorError;
 use crate::lang::{Block, Language};
-use crate::manifest::{Manifest, Step};
+use crate::manifest::{Manifest, Prepare, Step};
 use crate::{component, project, tools, wit};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::process::Command;
+
+/// npm's list of packages.
+const PACKAGES: &str = "package.json";
 
 /// A component that was built.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -28,7 +31,7 @@ pub struct Built {
 /// No project, a tool that is missing or fails, a module that does not fit the class.
 pub fn build(folder: &Path, say: &mut dyn FnMut(&str)) -> Result<Built, AuthorError> {
     let manifest = Manifest::read(folder)?;
-    let (resolve, world, class) = wit::of_project(folder, &manifest.class)?;
+    let (resolve, world, class) = wit::of_project(folder, manifest.class.as_deref())?;
     let block = Block { name: manifest.name.clone(), abi: Abi::of(&class), class };
     for file in manifest.language.generated(&block) {
         // An unchanged file keeps its time: the language's own tool may have nothing to do.
@@ -39,9 +42,13 @@ pub fn build(folder: &Path, say: &mut dyn FnMut(&str)) -> Result<Built, AuthorEr
     }
     let Step { command, output, env, prepare } = &manifest.build;
     if let Some(prepare) = prepare
-        && !folder.join(&prepare.makes).exists()
+        && !is_prepared(folder, prepare)
     {
         run(folder, &prepare.command, &BTreeMap::new(), manifest.language, say)?;
+        // A tool that finds nothing to do may leave the file as old as it was.
+        if let Ok(made) = std::fs::File::open(folder.join(&prepare.makes)) {
+            let _ = made.set_modified(std::time::SystemTime::now());
+        }
     }
     let output = folder.join(output);
     if let Some(parent) = output.parent() {
@@ -67,6 +74,15 @@ pub fn build(folder: &Path, say: &mut dyn FnMut(&str)) -> Result<Built, AuthorEr
     Ok(Built { path, bytes: bytes.len(), imports, class: block.class.id })
 }
 
+/// What it makes is there, and not older than the list of packages.
+fn is_prepared(folder: &Path, prepare: &Prepare) -> bool {
+    let time = |path: &Path| std::fs::metadata(folder.join(path)).and_then(|m| m.modified()).ok();
+    match (time(&prepare.makes), time(Path::new(PACKAGES))) {
+        (None, _) => false,
+        (Some(made), list) => list.is_none_or(|list| list <= made),
+    }
+}
+
 fn run(
     folder: &Path,
     command: &[String],
@@ -86,8 +102,7 @@ fn run(
     if status.success() {
         return Ok(());
     }
-    let how = tools::how(language);
-    Err(AuthorError::Failed { command: shown, status: status.code(), language: language.title(), how })
+    Err(AuthorError::Failed { command: shown, status: status.code(), packages: folder.join(PACKAGES).exists() })
 }
 
 /// Beside it first: whoever reads the file, a running plant perhaps, never sees half of it.

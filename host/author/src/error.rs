@@ -17,9 +17,12 @@ pub enum AuthorError {
     },
     /// A name that cannot be that of a crate, a package and a file.
     #[error(
-        "`{0}` cannot be the name of a block; expected lower-case letters, digits and single `-`, each part beginning with a letter, as in `feed-pump`"
+        "`{0}` cannot be the name of a block; expected lower-case letters, digits and single `-`, with a letter first, as in `feed-pump` or `pump-2`"
     )]
     Name(String),
+    /// No folder of WIT.
+    #[error("no folder {}; --wit takes the folder with the .wit files of your class", .0.display())]
+    NoWit(PathBuf),
     /// The folder is there already.
     #[error("{} exists already; nothing was written. Choose another name, or remove it", .0.display())]
     Exists(PathBuf),
@@ -82,18 +85,17 @@ pub enum AuthorError {
     },
     /// A tool ran and failed.
     #[error(
-        "`{command}` failed{}; its messages are above. What {language} needs {how}",
-        .status.map_or_else(String::new, |s| format!(" (exit code {s})"))
+        "`{command}` failed{}; its messages are above. If a part of the toolchain is missing: README.md{}",
+        .status.map_or_else(String::new, |s| format!(" (exit code {s})")),
+        if *.packages { ", or remove node_modules, and `latchwork build` installs it anew" } else { "" }
     )]
     Failed {
         /// The command.
         command: String,
         /// Its exit code, if it ended by itself.
         status: Option<i32>,
-        /// The language.
-        language: &'static str,
-        /// How to get what it needs: a compiler's own message may be that a part of it is missing.
-        how: String,
+        /// Packages of npm are part of the toolchain.
+        packages: bool,
     },
     /// A tool claimed to succeed and wrote nothing.
     #[error("`{command}` succeeded and wrote no {}; `output` in block.toml says what it is to write", .output.display())]

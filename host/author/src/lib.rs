@@ -27,5 +27,5 @@ pub use component::WASI_STUB;
 pub use error::AuthorError;
 pub use lang::Language;
 pub use manifest::{Manifest, Step};
-pub use project::{ClassChoice, Project, create};
+pub use project::{ClassChoice, Project, create, free};
 pub use wit::shipped_classes;

@@ -5,7 +5,7 @@ use crate::lang::Language;
 use serde::Deserialize;
 use std::collections::BTreeMap;
 use std::fmt::Write;
-use std::path::{Path, PathBuf};
+use std::path::{Component, Path, PathBuf};
 
 /// Its name.
 pub(crate) const FILE: &str = "block.toml";
@@ -17,8 +17,8 @@ pub struct Manifest {
     pub name: String,
     /// Language.
     pub language: Language,
-    /// Device class with its version.
-    pub class: String,
+    /// Device class with its version, where the world exports several.
+    pub class: Option<String>,
     /// How it is built.
     pub build: Step,
 }
@@ -39,7 +39,7 @@ pub struct Step {
     pub prepare: Option<Prepare>,
 }
 
-/// A command that is run when what it makes is not there.
+/// A command that is run when what it makes is not there, or older than the list of packages.
 #[derive(Clone, Debug, PartialEq, Eq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Prepare {
@@ -54,7 +54,7 @@ pub struct Prepare {
 struct Raw {
     name: String,
     lang: String,
-    class: String,
+    class: Option<String>,
     build: Step,
 }
 
@@ -76,6 +76,14 @@ impl Manifest {
         if programs.into_iter().flatten().any(Vec::is_empty) {
             return Err(wrong("a `command` is empty; expected a program and its arguments".into()));
         }
+        let output = &raw.build.output;
+        let inside = output.components().all(|part| matches!(part, Component::Normal(_) | Component::CurDir));
+        if !inside || output.extension().is_none_or(|e| e != "wasm") {
+            return Err(wrong(format!(
+                "`output` is {:?}; expected a path inside the project that ends in .wasm: what is there is removed before each build",
+                output.display().to_string()
+            )));
+        }
         if !crate::names::is_name(&raw.name) {
             return Err(wrong(AuthorError::Name(raw.name).to_string()));
         }
@@ -86,12 +94,15 @@ impl Manifest {
     pub(crate) fn text(&self) -> String {
         let step = &self.build;
         let mut text = format!(
-            "# What `latchwork build` does here.\nname = {:?}\nlang = {:?}\nclass = {:?}\n\n[build]\n",
+            "# What `latchwork build` does here; the class is what wit/world.wit exports.\nname = {:?}\nlang = {:?}\n",
             self.name,
             self.language.name(),
-            self.class
         );
         // A String takes whatever is written.
+        if let Some(class) = &self.class {
+            let _ = writeln!(text, "class = {class:?}");
+        }
+        text += "\n[build]\n";
         let _ = writeln!(text, "command = {}", list(&step.command));
         if !step.env.is_empty() {
             let pairs: Vec<String> = step.env.iter().map(|(k, v)| format!("{k} = {v:?}")).collect();

@@ -30,6 +30,11 @@ pub(crate) fn shout(name: &str) -> String {
     name.to_shouty_snake_case()
 }
 
+/// A type's name as it is, or with `Type` behind it where the language or the glue has taken it.
+pub(crate) fn unless(taken: &[&str], name: String) -> String {
+    if taken.contains(&name.as_str()) { name + "Type" } else { name }
+}
+
 /// Whether a project can have this name: it becomes a crate, a package and a file of that name.
 pub(crate) fn is_name(name: &str) -> bool {
     name.len() <= 64
@@ -37,7 +42,6 @@ pub(crate) fn is_name(name: &str) -> bool {
         && name.chars().all(|c| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '-')
         && !name.ends_with('-')
         && !name.contains("--")
-        && name.split('-').all(|part| part.starts_with(|c: char| c.is_ascii_lowercase()))
 }
 
 /// A documentation text as comment lines.
@@ -51,10 +55,10 @@ mod tests {
 
     #[test]
     fn names_are_those_of_crates_packages_and_files() {
-        for good in ["pump", "pump-2x", "a"].into_iter().filter(|n| *n != "pump-2x") {
+        for good in ["pump", "feed-pump", "pump-2", "pump-2x", "a"] {
             assert!(is_name(good), "{good}");
         }
-        for bad in ["", "Pump", "2pump", "pump-", "pump--x", "-p", "pump_x", "../x", "pump-2"] {
+        for bad in ["", "Pump", "2pump", "pump-", "pump--x", "-p", "pump_x", "../x"] {
             assert!(!is_name(bad), "{bad}");
         }
     }

@@ -39,13 +39,8 @@ pub struct Project {
 /// A name that is none, a folder that exists, an unknown class, WIT that cannot be read or is no class. Nothing is left
 /// behind then.
 pub fn create(parent: &Path, name: &str, language: Language, class: &ClassChoice) -> Result<Project, AuthorError> {
-    if !names::is_name(name) {
-        return Err(AuthorError::Name(name.into()));
-    }
+    free(parent, name)?;
     let folder = parent.join(name);
-    if folder.symlink_metadata().is_ok() {
-        return Err(AuthorError::Exists(folder));
-    }
     let found = match class {
         ClassChoice::Shipped(class) => wit::shipped(class, !language.interprets())?,
         ClassChoice::Own { folder, class } => wit::own(folder, class.as_deref(), !language.interprets())?,
@@ -62,12 +57,26 @@ pub fn create(parent: &Path, name: &str, language: Language, class: &ClassChoice
     Ok(Project { folder, files: files.into_iter().map(|f| f.path).collect(), class })
 }
 
+/// Whether a project of this name could be written there: worth knowing before anything else is asked.
+///
+/// # Errors
+/// A name that is none, a folder that exists.
+pub fn free(parent: &Path, name: &str) -> Result<(), AuthorError> {
+    if !names::is_name(name) {
+        return Err(AuthorError::Name(name.into()));
+    }
+    let folder = parent.join(name);
+    if folder.symlink_metadata().is_ok() {
+        return Err(AuthorError::Exists(folder));
+    }
+    Ok(())
+}
+
 /// Every file of a project.
 fn files(name: &str, language: Language, found: Found) -> Vec<File> {
     let Found { class, files: wit } = found;
     let block = Block { name: name.into(), abi: Abi::of(&class), class };
-    let manifest =
-        Manifest { name: name.into(), language, class: block.class.id.clone(), build: language.step(&block) };
+    let manifest = Manifest { name: name.into(), language, class: None, build: language.step(&block) };
     let mut files = language.authored(&block);
     files.push(File::new(format!("{name}.test.toml"), sample::test_file(&block, language.memory())));
     files.push(File::new("README.md", readme(&block, language, &manifest)));

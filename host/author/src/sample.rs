@@ -35,7 +35,7 @@ pub(crate) fn test_file(block: &Block, memory: Option<&str>) -> String {
 fn table(class: &Class, group: &str, ty: usize) -> String {
     let mut pairs: Vec<(String, String)> = Vec::new();
     for leaf in Tuple::new(class, &[(group, ty)]).leaves {
-        let (path, value) = port(class, ty, &leaf);
+        let (path, value) = port(class, group, ty, &leaf);
         if !pairs.iter().any(|(p, _)| *p == path) {
             pairs.push((path, value));
         }
@@ -44,22 +44,40 @@ fn table(class: &Class, group: &str, ty: usize) -> String {
     format!("{{ {} }}", pairs.join(", "))
 }
 
-/// Name and value of the port that a leaf belongs to: durations and signals are one port.
-fn port(class: &Class, ty: usize, leaf: &Leaf) -> (String, String) {
+/// Name and value of the port that a leaf belongs to: durations are one port, and signals but in settings, which come from no tag.
+fn port(class: &Class, group: &str, ty: usize, leaf: &Leaf) -> (String, String) {
     let mut names = Vec::new();
     let mut fields = class.fields(ty);
     for part in &leaf.path[1..] {
         names.push(part.as_str());
         let Some(field) = fields.iter().find(|f| f.name == *part) else { break };
         let Ty::Named(inner) = field.ty else { break };
-        match class.types[inner].name.as_str() {
-            "duration" if class.types[inner].shared => return (key(&names), "\"0ms\"".into()),
-            "real-signal" if class.types[inner].shared => return (key(&names), "0.0".into()),
-            "bool-signal" if class.types[inner].shared => return (key(&names), "false".into()),
-            _ => fields = class.fields(inner),
+        if is_duration(class, inner) {
+            return (key(&names), "\"0ms\"".into());
         }
+        if let Some(value) = signal(class, inner)
+            && group != "settings"
+        {
+            return (key(&names), zero(class, value));
+        }
+        fields = class.fields(inner);
     }
     (key(&names), zero(class, leaf.ty))
+}
+
+/// By its structure, as the runtime tells it.
+fn is_duration(class: &Class, ty: usize) -> bool {
+    matches!(class.fields(ty), [f] if f.name == "ns" && f.ty == Ty::U64)
+}
+
+/// The value's type of a signal, by its structure.
+fn signal(class: &Class, ty: usize) -> Option<Ty> {
+    let [value, quality] = class.fields(ty) else { return None };
+    let Ty::Named(index) = quality.ty else { return None };
+    let Kind::Enum(cases) = &class.types[index].kind else { return None };
+    let named = value.name == "value" && quality.name == "quality";
+    let qualities = cases.iter().map(|c| c.name.as_str()).eq(["good", "uncertain", "bad"]);
+    (named && qualities && matches!(value.ty, Ty::F64 | Ty::Bool)).then_some(value.ty)
 }
 
 fn key(names: &[&str]) -> String {

@@ -5,7 +5,7 @@ use crate::error::AuthorError;
 use crate::lang::File;
 use crate::names::suggestion;
 use std::path::{Path, PathBuf};
-use wit_parser::{InterfaceId, PackageId, Resolve, SourceMap, WorldId};
+use wit_parser::{InterfaceId, PackageId, Resolve, SourceMap, WorldId, WorldItem};
 
 /// Where the WIT of a project is, below its folder.
 pub(crate) const FOLDER: &str = "wit";
@@ -50,7 +50,10 @@ pub(crate) fn shipped(name: &str, log: bool) -> Result<Found, AuthorError> {
 
 /// The class of an author's folder: the one named, or the only one.
 pub(crate) fn own(folder: &Path, name: Option<&str>, log: bool) -> Result<Found, AuthorError> {
-    let folder = std::fs::canonicalize(folder).map_err(AuthorError::file(folder))?;
+    let folder = std::fs::canonicalize(folder).map_err(|e| match e.kind() {
+        std::io::ErrorKind::NotFound => AuthorError::NoWit(folder.to_path_buf()),
+        _ => AuthorError::File { path: folder.to_path_buf(), source: e },
+    })?;
     let (resolve, package, paths) = own_package(&folder)?;
     let classes: Vec<InterfaceId> = resolve.packages[package]
         .interfaces
@@ -90,8 +93,8 @@ pub(crate) fn own(folder: &Path, name: Option<&str>, log: bool) -> Result<Found,
     Ok(Found { class, files })
 }
 
-/// The world and the class of a project.
-pub(crate) fn of_project(folder: &Path, class: &str) -> Result<(Resolve, WorldId, Class), AuthorError> {
+/// The world and the class of a project: the one that the world exports, or the one named where it exports several.
+pub(crate) fn of_project(folder: &Path, class: Option<&str>) -> Result<(Resolve, WorldId, Class), AuthorError> {
     let wit = folder.join(FOLDER);
     let broken = |why: String| AuthorError::Wit { folder: wit.clone(), why: tidy(&why, &wit) };
     if !wit.is_dir() {
@@ -103,8 +106,29 @@ pub(crate) fn of_project(folder: &Path, class: &str) -> Result<(Resolve, WorldId
         Err(e) => return Err(broken(resolve.render_error(&e))),
     };
     let world = resolve.select_world(&[package], None).map_err(|e| broken(format!("{e:#}")))?;
-    let interface =
-        find(&resolve, class).ok_or_else(|| broken(format!("it has no `{class}`, which block.toml names")))?;
+    let exported = resolve.worlds[world].exports.values().filter_map(|item| match item {
+        WorldItem::Interface { id, .. } => Some(*id),
+        _ => None,
+    });
+    let classes: Vec<InterfaceId> =
+        exported.filter(|i| resolve.interfaces[*i].functions.contains_key("execute")).collect();
+    let id = |i: &InterfaceId| resolve.id_of(*i).unwrap_or_default();
+    let all = || classes.iter().map(id).collect::<Vec<_>>().join(", ");
+    let interface = match (class, &classes[..]) {
+        (None, [one]) => *one,
+        (None, []) => {
+            return Err(broken("world.wit exports no device class; expected `export PACKAGE/CLASS@VERSION;`".into()));
+        }
+        (None, _) => {
+            return Err(broken(format!(
+                "world.wit exports several device classes: {}; name one as `class` in block.toml",
+                all()
+            )));
+        }
+        (Some(name), _) => find(&resolve, name).filter(|i| classes.contains(i)).ok_or_else(|| {
+            broken(format!("world.wit exports no `{name}`, which block.toml names (it exports {})", all()))
+        })?,
+    };
     let class = class::read(&resolve, interface)?;
     Ok((resolve, world, class))
 }

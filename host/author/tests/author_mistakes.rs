@@ -70,6 +70,10 @@ fn mistakes_of_ones_own_class_name_the_place() {
         ("another order", reactor("    record inputs { a: bool }\n    flags commands { go }\n    execute: func(scan: scan, commands: commands, inputs: inputs);\n")),
         ("another function", reactor("    execute: func(scan: scan);\n    stop: func();\n")),
         ("commands as a record", reactor("    record commands { go: bool }\n    execute: func(scan: scan, commands: commands);\n")),
+        ("a record without fields", ports("").replace("record inputs {  }", "record inputs {}")),
+        ("flags without a flag", reactor("    flags alarms {}\n    execute: func(scan: scan) -> alarms;\n")),
+        ("an enum without a case", reactor(&format!("    enum mode {{}}\n    record inputs {{ mode: mode }}\n    record outputs {{ on: bool }}\n{execute}"))),
+        ("two types of one name", format!("{}interface common {{\n    enum mode {{ off, on }}\n    record limits {{ mode: mode }}\n}}\n", reactor(&format!("    use common.{{limits}};\n    enum mode {{ slow, fast }}\n    record inputs {{ mode: mode, limits: limits }}\n    record outputs {{ on: bool }}\n{execute}")))),
         ("no class", "package acme:things@1.0.0;\n\ninterface reactor { record inputs { on: bool } }\n".to_owned()),
         ("two classes", reactor("    execute: func(scan: scan);\n") + "interface other {\n    use latchwork:block/types@0.1.0.{scan};\n    execute: func(scan: scan);\n}\n"),
     ];
@@ -113,13 +117,30 @@ fn mistakes_of_build_are_told_with_the_way_out() {
     attempt("no project", &|f| std::fs::remove_file(f.join("block.toml")).expect("it is there"));
     attempt("no TOML", &|f| edit(f, "lang = ", "lang "));
     attempt("an unknown key", &|f| edit(f, "[build]", "[build]\nflags = []"));
-    attempt("another language", &|f| edit(f, "\"zig\"\nclass", "\"zag\"\nclass"));
-    attempt("another class", &|f| edit(f, "device/motor@", "device/engine@"));
+    attempt("another language", &|f| edit(f, "lang = \"zig\"", "lang = \"zag\""));
+    attempt("another class", &|f| edit(f, "[build]", "class = \"latchwork:device/engine@0.1.0\"\n\n[build]"));
+    let world = |body: &'static str| {
+        move |f: &Path| {
+            let text = format!("package local:block;\n\nworld block {{\n{body}}}\n");
+            std::fs::write(f.join("wit/world.wit"), text).expect("it is written");
+        }
+    };
+    attempt("a world without a class", &world(""));
+    attempt("another version in the world", &world("    export latchwork:device/motor@0.2.0;\n"));
+    attempt("an output that would be the source", &|f| {
+        edit(f, "output = \"build/pump.wasm\"", "output = \"block.zig\"")
+    });
+    attempt("an output outside", &|f| edit(f, "output = \"build/pump.wasm\"", "output = \"../pump.wasm\""));
+    attempt("an output anywhere", &|f| edit(f, "output = \"build/pump.wasm\"", "output = \"/pump.wasm\""));
     attempt("no WIT", &|f| std::fs::remove_dir_all(f.join("wit")).expect("it is there"));
     attempt("broken WIT", &|f| std::fs::write(f.join("wit/world.wit"), "world").expect("it is written"));
     let command = "    \"zig\",\n    \"build-exe\",";
     attempt("a missing tool", &|f| edit(f, command, "    \"no-such-compiler\","));
     attempt("a tool that fails", &|f| edit(f, command, "    \"false\","));
+    attempt("a tool of npm that fails", &|f| {
+        edit(f, command, "    \"false\",");
+        std::fs::write(f.join("package.json"), "{}").expect("it is written");
+    });
     attempt("a tool that writes nothing", &|f| edit(f, command, "    \"true\","));
     attempt("a module of something else", &|f| {
         let empty = "\\\\000asm\\\\001\\\\000\\\\000\\\\000";
@@ -127,4 +148,48 @@ fn mistakes_of_build_are_told_with_the_way_out() {
     });
     attempt("no module", &|f| edit(f, command, "    \"sh\", \"-c\", \"echo text > build/pump.wasm\","));
     insta::assert_snapshot!(seen);
+}
+
+#[test]
+fn a_refused_output_removes_nothing() {
+    let folder = folder();
+    let project = create(folder.path(), "pump", Language::Zig, &shipped("motor")).expect("a project");
+    let manifest = project.folder.join("block.toml");
+    let text = std::fs::read_to_string(&manifest).expect("the manifest");
+    std::fs::write(&manifest, text.replace("output = \"build/pump.wasm\"", "output = \"block.zig\""))
+        .expect("the manifest");
+    build(&project.folder, &mut |_| {}).expect_err("the source is no output");
+    assert!(project.folder.join("block.zig").is_file());
+}
+
+#[test]
+fn packages_are_installed_when_they_are_not_there_whole_or_the_list_is_newer() {
+    let folder = folder();
+    let project = create(folder.path(), "pump", Language::AssemblyScript, &shipped("motor")).expect("a project");
+    let manifest = project.folder.join("block.toml");
+    let text = std::fs::read_to_string(&manifest).expect("the manifest");
+    let makes = "node_modules/.package-lock.json";
+    let (head, _) = text.split_once("[build]").expect("the step");
+    let step = format!(
+        "[build]\ncommand = [\"true\"]\noutput = \"build/pump.wasm\"\nprepare = {{ command = [\"sh\", \"-c\", \"mkdir -p node_modules && touch {makes}\"], makes = {makes:?} }}\n"
+    );
+    assert!(text.contains(&format!("makes = {makes:?}")), "{text}");
+    std::fs::write(&manifest, format!("{head}{step}")).expect("the manifest");
+    let prepared = || {
+        let mut said = Vec::new();
+        build(&project.folder, &mut |command| said.push(command.to_owned())).expect_err("it writes nothing");
+        said.len() == 2
+    };
+    std::fs::create_dir(project.folder.join("node_modules")).expect("what a broken installation leaves");
+    assert!(prepared(), "the installation was broken off");
+    assert!(!prepared(), "all is there");
+    let newer = std::time::SystemTime::now() + std::time::Duration::from_secs(5);
+    let set = |file: &str, time| {
+        let file = std::fs::File::open(project.folder.join(file)).expect("a file");
+        file.set_modified(time).expect("its time");
+    };
+    set("package.json", newer);
+    assert!(prepared(), "the list is newer");
+    set("package.json", std::time::SystemTime::UNIX_EPOCH);
+    assert!(!prepared(), "the list is older");
 }

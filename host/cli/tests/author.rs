@@ -37,17 +37,19 @@ fn new_with_flags_asks_nothing_and_says_what_comes_next() {
 fn without_a_terminal_what_is_missing_is_an_error() {
     let folder = TempDir::new().expect("a folder");
     let mut seen = String::new();
-    for args in [
-        vec!["new"],
-        vec!["new", "pump"],
-        vec!["new", "pump", "--lang", "zig"],
-        vec!["new", "pump", "--lang", "rusty", "--class", "motor"],
-        vec!["build"],
-        vec!["build", "nowhere"],
+    for (code, args) in [
+        (2, vec!["new"]),
+        (2, vec!["new", "pump"]),
+        (2, vec!["new", "pump", "--lang", "zig"]),
+        (2, vec!["new", "pump", "--lang", "rusty", "--class", "motor"]),
+        (2, vec!["new", "Pump"]),
+        (1, vec!["new", "pump", "--lang", "c", "--wit", "nope"]),
+        (1, vec!["build"]),
+        (1, vec!["build", "nowhere"]),
     ] {
         let output = latchwork(folder.path(), &args);
         let text = String::from_utf8_lossy(&output.stderr).into_owned();
-        assert_eq!(output.status.code(), Some(1), "{args:?}: {text}");
+        assert_eq!(output.status.code(), Some(code), "{args:?}: {text}");
         seen += &format!("$ latchwork {}\n{text}\n", args.join(" "));
     }
     insta::assert_snapshot!("new_and_build_without_what_they_need", seen);
@@ -129,13 +131,20 @@ fn on_a_terminal_new_asks_for_what_is_missing_and_for_nothing_else() {
     let all = [("Name of the block", "feed-pump\r"), ("Language", &format!("{DOWN}\r")), ("Device class", "\r")];
     let shown = at_a_terminal(folder.path(), "new", &all);
     assert!(shown.contains("latchwork build feed-pump"), "{shown}");
-    let manifest = std::fs::read_to_string(folder.path().join("feed-pump/block.toml")).expect("a project");
-    assert!(manifest.contains("lang = \"c\"\nclass = \"latchwork:device/alarm-unit@"), "{manifest}");
+    let read = |file: &str| std::fs::read_to_string(folder.path().join(file)).expect("a project");
+    let (manifest, world) = (read("feed-pump/block.toml"), read("feed-pump/wit/world.wit"));
+    assert!(
+        manifest.contains("lang = \"c\"") && world.contains("export latchwork:device/alarm-unit@"),
+        "{manifest}{world}"
+    );
 
     let shown = at_a_terminal(folder.path(), "new drain --class motor", &[("Language", "\r")]);
     assert!(!shown.contains("Device class") && !shown.contains("Name of"), "{shown}");
-    let manifest = std::fs::read_to_string(folder.path().join("drain/block.toml")).expect("a project");
-    assert!(manifest.contains("lang = \"rust\"\nclass = \"latchwork:device/motor@"), "{manifest}");
+    let (manifest, world) = (read("drain/block.toml"), read("drain/wit/world.wit"));
+    assert!(
+        manifest.contains("lang = \"rust\"") && world.contains("export latchwork:device/motor@"),
+        "{manifest}{world}"
+    );
 
     let shown = at_a_terminal(folder.path(), "new fan --lang zig --class motor", &[]);
     assert!(!shown.contains("Language") && folder.path().join("fan/block.zig").is_file(), "{shown}");

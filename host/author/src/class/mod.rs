@@ -51,11 +51,27 @@ pub(crate) enum Kind {
 /// A named type.
 #[derive(Clone, Debug)]
 pub(crate) struct TypeDef {
+    /// As the class calls it.
     pub(crate) name: String,
     pub(crate) doc: String,
     pub(crate) kind: Kind,
+    /// Where it is defined, and as what.
+    pub(crate) home: Home,
     /// One of `latchwork:block/types`.
     pub(crate) shared: bool,
+}
+
+/// The interface that defines a type: languages whose bindings a tool makes find it there.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) struct Home {
+    /// `(latchwork, block)`
+    pub(crate) package: (String, String),
+    /// `types`
+    pub(crate) interface: String,
+    /// It is the class itself.
+    pub(crate) class: bool,
+    /// The type's name there.
+    pub(crate) name: String,
 }
 
 /// A device class.

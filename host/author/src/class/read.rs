@@ -1,9 +1,10 @@
 //! Reads a class from WIT, or says why an interface is none.
 
-use super::{Class, Field, Kind, Label, PORTS, Ty, TypeDef};
+use super::{Class, Field, Home, Kind, Label, PORTS, Ty, TypeDef};
 use crate::error::AuthorError;
+use crate::names::camel;
 use std::collections::HashMap;
-use wit_parser::{InterfaceId, Resolve, Type, TypeDefKind, TypeId};
+use wit_parser::{InterfaceId, Resolve, Type, TypeDefKind, TypeId, TypeOwner};
 
 /// The functions of a class.
 const FUNCTIONS: [&str; 5] = ["defaults", "configure", "execute", "save", "restore"];
@@ -33,7 +34,8 @@ fn read_interface(resolve: &Resolve, interface: InterfaceId, id: &str) -> Result
     if wit.functions.contains_key("defaults") && !wit.types.contains_key("settings") {
         return Err("it has `defaults` without `settings`".into());
     }
-    let mut reader = Reader { resolve, types: Vec::new(), known: HashMap::new() };
+    let names = names(resolve, interface);
+    let mut reader = Reader { resolve, interface, names, types: Vec::new(), paths: Vec::new(), known: HashMap::new() };
     let mut groups = HashMap::new();
     let Some(scan) = wit.types.get("scan") else {
         return Err("it does not use `scan`; write `use latchwork:block/types@0.1.0.{scan};`".into());
@@ -49,12 +51,14 @@ fn read_interface(resolve: &Resolve, interface: InterfaceId, id: &str) -> Result
         let Ty::Named(index) = reader.ty(&Type::Id(*ty), group)? else {
             return Err(format!("`{group}` is a number; expected a record or flags"));
         };
+        let index = reader.called(index, group);
         let flags = matches!(group, "commands" | "alarms");
         if flags != matches!(reader.types[index].kind, Kind::Flags(_)) {
             return Err(format!("`{group}` is not {}", if flags { "flags" } else { "a record" }));
         }
         groups.insert(group, index);
     }
+    reader.told_apart()?;
     let group = |name: &str| groups.get(name).copied();
     let package = wit.package.map(|p| &resolve.packages[p].name);
     let class = Class {
@@ -125,9 +129,32 @@ fn shown(resolve: &Resolve, ty: &Type) -> String {
     }
 }
 
+/// What the class calls the types that it defines or uses: groups by their own names, others by the first.
+fn names(resolve: &Resolve, interface: InterfaceId) -> HashMap<TypeId, String> {
+    let mut names = HashMap::new();
+    let (groups, others): (Vec<_>, Vec<_>) =
+        resolve.interfaces[interface].types.iter().partition(|(name, _)| PORTS.contains(&name.as_str()));
+    for (name, id) in groups.into_iter().chain(others) {
+        names.entry(definition(resolve, *id)).or_insert_with(|| name.clone());
+    }
+    names
+}
+
+/// The type behind `use … as …` and `type … = …`.
+fn definition(resolve: &Resolve, id: TypeId) -> TypeId {
+    match resolve.types[id].kind {
+        TypeDefKind::Type(Type::Id(inner)) => definition(resolve, inner),
+        _ => id,
+    }
+}
+
 struct Reader<'a> {
     resolve: &'a Resolve,
+    interface: InterfaceId,
+    names: HashMap<TypeId, String>,
     types: Vec<TypeDef>,
+    /// Where each type was met first.
+    paths: Vec<String>,
     known: HashMap<TypeId, usize>,
 }
 
@@ -162,6 +189,11 @@ impl Reader<'_> {
         let label = |name: &String, docs: &wit_parser::Docs| Label { name: name.clone(), doc: text(docs) };
         let kind = match &def.kind {
             TypeDefKind::Type(inner) => return self.ty(inner, path),
+            TypeDefKind::Record(record) if record.fields.is_empty() => {
+                return Err(empty(path, "record without fields"));
+            }
+            TypeDefKind::Flags(flags) if flags.flags.is_empty() => return Err(empty(path, "flags without a flag")),
+            TypeDefKind::Enum(cases) if cases.cases.is_empty() => return Err(empty(path, "enum without a case")),
             TypeDefKind::Record(record) => {
                 let mut fields = Vec::new();
                 for field in &record.fields {
@@ -178,11 +210,65 @@ impl Reader<'_> {
             other => return Err(refused(path, other.as_str())),
         };
         let index = self.types.len();
-        let name = def.name.clone().unwrap_or_default();
-        self.types.push(TypeDef { name, doc: text(&def.docs), kind, shared: is_shared(self.resolve, id) });
+        let home = self.home(id);
+        let name = self.names.get(&id).unwrap_or(&home.name).clone();
+        let shared = home.package.0 == "latchwork" && home.package.1 == "block";
+        self.types.push(TypeDef { name, doc: text(&def.docs), kind, home, shared });
+        self.paths.push(path.to_owned());
         self.known.insert(id, index);
         Ok(Ty::Named(index))
     }
+
+    fn home(&self, id: TypeId) -> Home {
+        let def = &self.resolve.types[id];
+        let name = def.name.clone().unwrap_or_default();
+        let TypeOwner::Interface(owner) = def.owner else {
+            return Home { package: Default::default(), interface: String::new(), class: false, name };
+        };
+        let interface = &self.resolve.interfaces[owner];
+        let package = interface.package.map(|p| &self.resolve.packages[p].name);
+        Home {
+            package: package.map(|p| (p.namespace.clone(), p.name.clone())).unwrap_or_default(),
+            interface: interface.name.clone().unwrap_or_default(),
+            class: owner == self.interface,
+            name,
+        }
+    }
+
+    /// The type under the name of a group: two groups may be one type to WIT.
+    fn called(&mut self, index: usize, group: &str) -> usize {
+        if self.types[index].name == group {
+            return index;
+        }
+        self.types.push(TypeDef { name: group.to_owned(), ..self.types[index].clone() });
+        self.paths.push(group.to_owned());
+        self.types.len() - 1
+    }
+
+    /// No two types have one name; in most languages `a-1` and `a1` are one.
+    fn told_apart(&self) -> Result<(), String> {
+        for (i, ty) in self.types.iter().enumerate() {
+            if let Some(first) = self.types[..i].iter().position(|t| camel(&t.name) == camel(&ty.name)) {
+                let (a, b, name) = (&self.paths[first], &self.paths[i], &ty.name);
+                let from = &ty.home.interface;
+                return Err(format!(
+                    "`{a}` and `{b}` have two types of the name `{name}`; give one of them another in the class, as in `use {from}.{{{name} as other-{name}}};`"
+                ));
+            }
+        }
+        Ok(())
+    }
+}
+
+fn empty(path: &str, what: &str) -> String {
+    let article = if what.starts_with('e') {
+        "an "
+    } else if what.starts_with('r') {
+        "a "
+    } else {
+        ""
+    };
+    format!("`{path}` is {article}{what}, which no component can have; leave it out")
 }
 
 fn refused(path: &str, kind: &str) -> String {
@@ -190,12 +276,6 @@ fn refused(path: &str, kind: &str) -> String {
     format!(
         "`{path}` is {article} {kind}; a port is a bool, a number, an enum, flags, a duration, a signal or a record of these"
     )
-}
-
-fn is_shared(resolve: &Resolve, id: TypeId) -> bool {
-    let wit_parser::TypeOwner::Interface(owner) = resolve.types[id].owner else { return false };
-    let package = resolve.interfaces[owner].package.map(|p| &resolve.packages[p].name);
-    package.is_some_and(|p| p.namespace == "latchwork" && p.name == "block")
 }
 
 fn text(docs: &wit_parser::Docs) -> String {

@@ -6,7 +6,7 @@ use super::{Block, File, banner};
 use crate::abi::{Core, Leaf, Tuple, word};
 use crate::class::{Class, Kind, Ty, TypeDef};
 use crate::manifest::Step;
-use crate::names::{camel, comment};
+use crate::names::{camel, comment, unless};
 use std::fmt::Write;
 
 pub(super) fn step(block: &Block) -> Step {
@@ -30,8 +30,15 @@ fn type_name(class: &Class, ty: Ty) -> String {
         Ty::S64 => "int64".into(),
         Ty::F32 => "float32".into(),
         Ty::F64 => "float64".into(),
-        Ty::Named(index) => camel(&class.types[index].name),
+        Ty::Named(index) => type_ident(&class.types[index].name),
     }
+}
+
+/// Names of the glue, and of what the author writes.
+const TAKEN: &[&str] = &["Configure", "Defaults", "Execute", "Log", "LogLevel", "Restore", "Save"];
+
+fn type_ident(name: &str) -> String {
+    unless(TAKEN, camel(name))
 }
 
 fn core(core: Core) -> &'static str {
@@ -121,7 +128,7 @@ func Log(level LogLevel, message string) {
 
 fn type_text(class: &Class, ty: &TypeDef) -> String {
     let mut out = comment(&ty.doc, "//");
-    let name = camel(&ty.name);
+    let name = type_ident(&ty.name);
     match &ty.kind {
         Kind::Record(fields) => {
             let _ = writeln!(out, "type {name} struct {{");
@@ -255,7 +262,7 @@ pub(super) fn authored(block: &Block) -> Vec<File> {
         "// Execute is one execution.\nfunc Execute({}) {results}{{",
         parameters.collect::<Vec<_>>().join(", ")
     );
-    let constant = |t: &str, l: &str| format!("{}{}", camel(t), camel(l));
+    let constant = |t: &str, l: &str| format!("{}{}", type_ident(t), camel(l));
     out += &comment(&super::execute_names(class, ".", &|n| camel(n), &constant), "\t//");
     if let Some(ty) = class.outputs {
         for leaf in Tuple::new(class, &[("outputs", ty)]).leaves {
@@ -280,7 +287,7 @@ fn zero(class: &Class, ty: Ty) -> Option<String> {
         Ty::Bool => Some("false".into()),
         Ty::Named(index) => match &class.types[index].kind {
             Kind::Record(_) => None,
-            Kind::Enum(cases) => Some(format!("{}{}", camel(&class.types[index].name), camel(&cases[0].name))),
+            Kind::Enum(cases) => Some(format!("{}{}", type_ident(&class.types[index].name), camel(&cases[0].name))),
             Kind::Flags(_) => Some("0".into()),
         },
         _ => Some("0".into()),

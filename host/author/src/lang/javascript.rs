@@ -1,4 +1,5 @@
-//! JavaScript and TypeScript by jco, with QuickJS in the component and WASI stubbed: a clock is a fault.
+//! JavaScript and TypeScript by jco, with QuickJS in the component and WASI stubbed: a clock is a fault, and `Math.random` a fixed
+//! sequence.
 //!
 //! QuickJS takes a `u64` for a number: exact up to 2^53, which is 104 days in ns.
 
@@ -26,7 +27,25 @@ impl Dialect {
             Self::TypeScript => "block.ts",
         }
     }
+
+    fn glue(self) -> &'static str {
+        match self {
+            Self::JavaScript => "glue.js",
+            Self::TypeScript => "glue.ts",
+        }
+    }
 }
+
+/// Before the block: QuickJS seeds its own generator with the time of the build.
+const RANDOM: &str = "// Math.random() as every instance, and every build, has it: a fixed sequence.
+let state = 0;
+Math.random = () => {
+  state = (state + 0x6d2b79f5) | 0;
+  let x = Math.imul(state ^ (state >>> 15), state | 1);
+  x ^= x + Math.imul(x ^ (x >>> 7), x | 61);
+  return ((x ^ (x >>> 14)) >>> 0) / 4294967296;
+};
+";
 
 pub(super) fn step(block: &Block, dialect: Dialect) -> Step {
     let output = format!("build/{}.wasm", block.name);
@@ -35,7 +54,7 @@ pub(super) fn step(block: &Block, dialect: Dialect) -> Step {
         "--no-install",
         "jco",
         "componentize",
-        dialect.source(),
+        dialect.glue(),
         "--wit",
         "wit",
         "--world-name",
@@ -49,22 +68,29 @@ pub(super) fn step(block: &Block, dialect: Dialect) -> Step {
     ];
     let prepare = Prepare {
         command: ["npm", "install", "--no-audit", "--no-fund"].map(str::to_owned).to_vec(),
-        makes: "node_modules".into(),
+        makes: super::PACKAGES.into(),
     };
     Step { prepare: Some(prepare), ..super::step(&command, output.clone()) }
 }
 
-/// Types for editors, and for the compiler of TypeScript: JavaScript needs no glue.
+/// What the block is built from, and types for editors and the compiler of TypeScript.
 pub(super) fn generated(block: &Block, dialect: Dialect) -> Vec<File> {
-    if dialect == Dialect::JavaScript {
-        return Vec::new();
-    }
     let class = &block.class;
-    let mut out = banner(block, "//");
-    for ty in &class.types {
-        out += &type_text(class, ty);
+    let (random, source) = match dialect {
+        Dialect::JavaScript => ("random.js", "block.js"),
+        Dialect::TypeScript => ("random.ts", "block"),
+    };
+    let from = random.trim_end_matches(".ts");
+    let entry = format!("{}import \"./{from}\";\nexport * from \"./{source}\";\n", banner(block, "//"));
+    let mut files = vec![File::new(dialect.glue(), entry), File::new(random, RANDOM)];
+    if dialect == Dialect::TypeScript {
+        let mut out = banner(block, "//");
+        for ty in &class.types {
+            out += &type_text(class, ty);
+        }
+        files.push(File::new("class.ts", out.trim_end().to_owned() + "\n"));
     }
-    vec![File::new("class.ts", out.trim_end().to_owned() + "\n")]
+    files
 }
 
 fn type_text(class: &Class, ty: &TypeDef) -> String {

@@ -194,6 +194,9 @@ impl File {
     }
 }
 
+/// What npm writes last, so that it is not there after an installation that was broken off.
+const PACKAGES: &str = "node_modules/.package-lock.json";
+
 /// A step without environment and preparation.
 fn step(command: &[&str], output: String) -> Step {
     Step {

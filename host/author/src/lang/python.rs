@@ -1,10 +1,9 @@
-//! Python by componentize-py, with the interpreter in the component and WASI stubbed: a clock is a fault, `random` a sequence
-//! fixed when it was built.
+//! Python by componentize-py, with the interpreter in the component and WASI stubbed: a clock is a fault, `random` a fixed sequence.
 
 use super::{Block, File, banner};
-use crate::class::{Class, Kind, Ty};
+use crate::class::{Class, Kind, Ty, TypeDef};
 use crate::manifest::Step;
-use crate::names::{camel, comment, shout, snake};
+use crate::names::{camel, comment, shout, snake, unless};
 use std::fmt::Write;
 
 const KEYWORDS: &[&str] = &[
@@ -17,7 +16,9 @@ pub(super) fn step(block: &Block) -> Step {
     let output = format!("build/{}.wasm", block.name);
     let command =
         ["componentize-py", "-d", "wit", "-w", "block", "componentize", "glue", "--stub-wasi", "-o", output.as_str()];
-    super::step(&command, output.clone())
+    // The order of a set's strings is the same in every build.
+    let env = [("PYTHONHASHSEED".to_owned(), "0".to_owned())].into();
+    Step { env, ..super::step(&command, output.clone()) }
 }
 
 fn ident(name: &str) -> String {
@@ -25,8 +26,32 @@ fn ident(name: &str) -> String {
     if KEYWORDS.contains(&name.as_str()) { name + "_" } else { name }
 }
 
+/// `Block` is the author's, `Err` is how settings are refused.
+fn type_ident(name: &str) -> String {
+    unless(&["Block", "Err"], camel(name))
+}
+
 fn constant(ty: &str, label: &str) -> String {
-    format!("{}.{}", camel(ty), shout(label))
+    format!("{}.{}", type_ident(ty), shout(label))
+}
+
+/// `from … import …`, a line for each interface that defines types of the class, its own first.
+fn imports(class: &Class) -> String {
+    let mut modules: Vec<(String, Vec<String>)> = Vec::new();
+    let mut types: Vec<&TypeDef> = class.types.iter().collect();
+    types.sort_by_key(|t| (!t.home.class, t.shared, camel(&t.name)));
+    for ty in types {
+        let home = &ty.home;
+        let part = if home.class { "exports" } else { "imports" };
+        let module = format!("wit_world.{part}.{}", ident(&home.interface));
+        let (there, here) = (camel(&home.name), type_ident(&ty.name));
+        let name = if there == here { here } else { format!("{there} as {here}") };
+        match modules.iter_mut().find(|(m, _)| *m == module) {
+            Some((_, names)) => names.push(name),
+            None => modules.push((module, vec![name])),
+        }
+    }
+    modules.iter().map(|(module, names)| format!("from {module} import {}\n", names.join(", "))).collect()
 }
 
 /// componentize-py makes an object of its own for each function, so what they share is apart from them.
@@ -34,6 +59,7 @@ pub(super) fn generated(block: &Block) -> Vec<File> {
     let class = &block.class;
     let name = camel(&class.name);
     let mut out = banner(block, "#");
+    out += "import random\n\n# Before the block: every instance, and every build, draws the same numbers.\nrandom.seed(0)\n\n";
     out += "from app import Block\nfrom wit_world import exports\n\nblock = Block()\n\n\n";
     let _ = writeln!(out, "class {name}(exports.{name}):");
     let parameters: Vec<&str> = class.execute_parameters().iter().map(|(n, _)| *n).collect();
@@ -54,22 +80,11 @@ pub(super) fn generated(block: &Block) -> Vec<File> {
 
 pub(super) fn authored(block: &Block) -> Vec<File> {
     let class = &block.class;
-    let module = ident(&class.name);
     let mut out = format!(
         "\"\"\"{}\n\nTime is an argument: add up scan.elapsed (ns), and ask no clock. NaN and infinity may come in.\n\"\"\"\n",
         super::tagline(class)
     );
-    let list = |shared: bool| {
-        let mut names: Vec<String> =
-            class.types.iter().filter(|t| t.shared == shared).map(|t| camel(&t.name)).collect();
-        names.sort();
-        names.join(", ")
-    };
-    let own = list(false);
-    if !own.is_empty() {
-        let _ = writeln!(out, "from wit_world.exports.{module} import {own}");
-    }
-    let _ = writeln!(out, "from wit_world.imports.types import {}", list(true));
+    out += &imports(class);
     if class.settings.is_some() {
         out += "from componentize_py_types import Err\n";
     }
@@ -118,7 +133,7 @@ fn literal(class: &Class, ty: Ty) -> String {
         Ty::F32 | Ty::F64 => "0.0".into(),
         Ty::Named(index) => {
             let def = &class.types[index];
-            let name = camel(&def.name);
+            let name = type_ident(&def.name);
             match &def.kind {
                 Kind::Record(fields) => {
                     let fields = fields.iter().map(|f| format!("{}={}", ident(&f.name), literal(class, f.ty)));

@@ -4,9 +4,9 @@
 //! methods of a struct.
 
 use super::{Block, File, banner};
-use crate::class::{Class, Kind, Ty};
+use crate::class::{Class, Kind, Ty, TypeDef};
 use crate::manifest::Step;
-use crate::names::{camel, comment, snake};
+use crate::names::{camel, comment, snake, unless};
 use std::fmt::Write;
 
 /// The version that the tests build with.
@@ -20,7 +20,7 @@ const KEYWORDS: &[&str] = &[
 ];
 
 pub(super) fn step(block: &Block) -> Step {
-    let output = format!("target/wasm32-unknown-unknown/release/{}.wasm", snake(&block.name));
+    let output = format!("target/wasm32-unknown-unknown/release/{}.wasm", block.name.replace('-', "_"));
     let command = ["cargo", "build", "--release", "--target", "wasm32-unknown-unknown", "--target-dir", "target"];
     super::step(&command, output)
 }
@@ -31,8 +31,32 @@ fn ident(name: &str) -> String {
     if KEYWORDS.contains(&name.as_str()) { name + "_" } else { name }
 }
 
+/// What stands in the prelude, in the glue or in the author's file by these names.
+#[rustfmt::skip]
+const TAKEN: &[&str] = &[
+    "AsMut", "AsRef", "Block", "Box", "Clone", "Copy", "Default", "Drop", "Eq", "Err", "Exports", "Extend", "Fn", "FnMut", "FnOnce",
+    "From", "Guest", "Hash", "Into", "IntoIterator", "Iterator", "None", "Ok", "Option", "Ord", "PartialEq", "PartialOrd", "RefCell",
+    "Result", "Self", "Send", "Sized", "Some", "String", "Sync", "ToOwned", "ToString", "TryFrom", "TryInto", "Unpin", "Vec",
+];
+
+fn type_ident(name: &str) -> String {
+    unless(TAKEN, camel(name))
+}
+
+/// Where wit-bindgen has put a type, under the name that the class has for it.
+fn import(ty: &TypeDef) -> String {
+    let home = &ty.home;
+    let exports = if home.class { "exports::" } else { "" };
+    let module = [&home.package.0, &home.package.1, &home.interface].map(|p| ident(p)).join("::");
+    // The trait of an interface has that name.
+    let there = if home.name == "guest" { "Guest_".to_owned() } else { camel(&home.name) };
+    let here = type_ident(&ty.name);
+    let renamed = if there == here { String::new() } else { format!(" as {here}") };
+    format!("pub use {exports}{module}::{there}{renamed};\n")
+}
+
 fn constant(ty: &str, label: &str) -> String {
-    format!("{}::{}", camel(ty), crate::names::shout(label))
+    format!("{}::{}", type_ident(ty), crate::names::shout(label))
 }
 
 pub(super) fn generated(block: &Block) -> Vec<File> {
@@ -42,14 +66,15 @@ pub(super) fn generated(block: &Block) -> Vec<File> {
     out += "use crate::Block;\nuse std::cell::RefCell;\n\n";
     out += "wit_bindgen::generate!({ path: \"wit\", world: \"block\", generate_all, additional_derives: [PartialEq] });\n\n";
     let module = [&class.package.0, &class.package.1, &class.name].map(|p| ident(p)).join("::");
-    let _ = writeln!(out, "pub use exports::{module}::*;");
     out += "pub use latchwork::block::log;\n";
-    let shared: Vec<String> = class.types.iter().filter(|t| t.shared).map(|t| camel(&t.name)).collect();
-    let _ = writeln!(out, "pub use latchwork::block::types::{{{}}};\n", shared.join(", "));
+    for ty in &class.types {
+        out += &import(ty);
+    }
+    out += "\n";
     out +=
         "struct Exports;\n\nthread_local! {\n    static BLOCK: RefCell<Block> = RefCell::new(Block::default());\n}\n\n";
     out += "fn with<R>(call: impl FnOnce(&mut Block) -> R) -> R {\n    BLOCK.with_borrow_mut(call)\n}\n\n";
-    out += "impl Guest for Exports {\n";
+    let _ = writeln!(out, "impl exports::{module}::Guest for Exports {{");
     if class.defaults {
         out += "    fn defaults() -> Settings {\n        Block::defaults()\n    }\n";
     }
@@ -155,7 +180,7 @@ fn literal(class: &Class, ty: Ty, indent: usize) -> String {
         Ty::F32 | Ty::F64 => "0.0".into(),
         Ty::Named(index) => {
             let def = &class.types[index];
-            let name = camel(&def.name);
+            let name = type_ident(&def.name);
             match &def.kind {
                 Kind::Record(fields) => {
                     let pad = "    ".repeat(indent + 1);

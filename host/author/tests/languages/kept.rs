@@ -3,7 +3,7 @@
 use latchwork_author::Language;
 use sha2::{Digest, Sha256};
 use std::io::Write;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::time::Duration;
 
@@ -65,10 +65,16 @@ pub(crate) fn component<E>(
 fn hash(language: Language, project: &Path, files: &[String]) -> String {
     let mut hash = Sha256::new();
     hash.update(tools(language));
-    // What makes the component of what a tool has built.
-    for part in [include_str!("../../src/component.rs"), include_str!("../../src/stub/wasi.wat")] {
-        hash.update(part);
+    // What writes the glue, and makes the component of what a tool has built.
+    let own = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let mut sources = Vec::new();
+    collect(&own.join("src"), &mut sources);
+    for source in sources {
+        hash.update(std::fs::read(source).expect("a source"));
     }
+    let lock = std::fs::read_to_string(own.join("../../Cargo.lock")).expect("Cargo.lock");
+    let encoder = lock.split("[[package]]").find(|p| p.starts_with("\nname = \"wit-component\"\n"));
+    hash.update(encoder.expect("wit-component in Cargo.lock"));
     let mut files: Vec<&String> = files.iter().filter(|f| !beside(f)).collect();
     files.sort();
     for file in files {
@@ -76,6 +82,20 @@ fn hash(language: Language, project: &Path, files: &[String]) -> String {
         hash.update(std::fs::read(project.join(file)).expect("a file"));
     }
     hex(hash.finalize().as_slice())
+}
+
+/// All files below a folder, in the order of their names.
+fn collect(folder: &Path, into: &mut Vec<PathBuf>) {
+    let entries = std::fs::read_dir(folder).expect("a folder").map(|e| e.expect("an entry").path());
+    let mut entries: Vec<PathBuf> = entries.collect();
+    entries.sort();
+    for entry in entries {
+        if entry.is_dir() {
+            collect(&entry, into);
+        } else {
+            into.push(entry);
+        }
+    }
 }
 
 /// Processor time of all processes that this one has waited for; the clock would count what else the machine does.
@@ -124,6 +144,10 @@ fn share(language: Language, base: &Path, project: &Path) {
         }
     }
     std::fs::create_dir_all(&place).expect("a folder");
+    // The packages are those of the list, which is a moment younger.
+    if let Ok(written) = std::fs::File::open(place.join(".package-lock.json")) {
+        written.set_modified(std::time::SystemTime::now()).expect("the time can be set");
+    }
     std::os::unix::fs::symlink(&place, project.join(shared)).expect("a link");
 }
 

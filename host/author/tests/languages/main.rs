@@ -6,6 +6,7 @@
 mod figures;
 mod kept;
 mod outside;
+mod own;
 mod projects;
 
 use latchwork_author::{ClassChoice, Language, shipped_classes};
@@ -41,6 +42,13 @@ macro_rules! each_language {
             #[test]
             fn new_projects_build_and_pass_their_first_test() {
                 super::new_projects(Language::$language);
+            }
+
+            #[test]
+            fn own_classes_build_and_pass_their_first_test() {
+                if super::kept::wanted(Language::$language) {
+                    super::own::build_and_pass_their_first_test(Language::$language);
+                }
             }
 
             #[test]
@@ -132,6 +140,20 @@ fn first_test(language: Language, name: &str) -> bool {
             kept::skip(&why);
             false
         }
+    }
+}
+
+#[test]
+fn in_c_a_stack_that_overflows_is_a_fault() {
+    for language in [Language::C, Language::Cpp].into_iter().filter(|l| kept::wanted(*l)) {
+        own::a_stack_that_overflows_is_a_fault(language);
+    }
+}
+
+#[test]
+fn the_class_of_a_project_is_what_its_world_exports() {
+    if kept::wanted(Language::C) {
+        own::the_class_is_what_the_world_exports(Language::C);
     }
 }
 

@@ -3,27 +3,38 @@
 use crate::Exit;
 use crate::args::author::New;
 use crate::report;
-use anyhow::{Context, Result, bail};
+use anyhow::{Context, Result};
 use dialoguer::{Input, Select};
-use latchwork_author::{ClassChoice, Language, Project, create, shipped_classes};
+use latchwork_author::{AuthorError, ClassChoice, Language, Project, create, free, shipped_classes};
 use std::fmt::Write;
 use std::io::IsTerminal;
 use std::path::Path;
 
 pub(super) fn execute(args: &New) -> Result<Exit> {
     let terminal = std::io::stdin().is_terminal() && std::io::stderr().is_terminal();
-    let missing = |what: &str| format!("{what} is missing, and there is no terminal to ask on");
+    let missing = |what: &str, help: &str| {
+        let error = anyhow::anyhow!("{what} is missing, and there is no terminal to ask on{help}");
+        Ok(usage(&error))
+    };
     let name = match &args.name {
         Some(name) => name.clone(),
         None if terminal => Input::<String>::new().with_prompt("Name of the block").interact_text()?,
-        None => bail!(missing("NAME")),
+        None => return missing("NAME", ""),
     };
+    // Before anything else is asked.
+    match free(Path::new(""), &name) {
+        Err(e @ AuthorError::Name(_)) => return Ok(usage(&e.into())),
+        other => other?,
+    }
     let language = match &args.lang {
-        Some(lang) => Language::parse(lang)?,
+        Some(lang) => match Language::parse(lang) {
+            Ok(language) => language,
+            Err(e) => return Ok(usage(&e.into())),
+        },
         None if terminal => ask("Language", &Language::ALL.map(|l| l.title().to_owned())).map(|i| Language::ALL[i])?,
         None => {
             let names = Language::ALL.map(Language::name).join(", ");
-            bail!("{} (there are: {names})", missing("--lang"))
+            return missing("--lang", &format!(" (there are: {names})"));
         }
     };
     let class = match (&args.wit, &args.class) {
@@ -33,11 +44,17 @@ pub(super) fn execute(args: &New) -> Result<Exit> {
             let classes = shipped_classes();
             ClassChoice::Shipped(classes[ask("Device class", &classes)?].clone())
         }
-        (None, None) => bail!("{}; for a class of your own, give --wit", missing("--class")),
+        (None, None) => return missing("--class", "; for a class of your own, give --wit"),
     };
     let project = create(Path::new(""), &name, language, &class)?;
     report::say(&told(&name, language, &project));
     Ok(Exit::Fine)
+}
+
+/// Says what is wrong with the command itself.
+fn usage(error: &anyhow::Error) -> Exit {
+    report::error(error);
+    Exit::Usage
 }
 
 fn ask(what: &str, items: &[String]) -> Result<usize> {

@@ -1,10 +1,10 @@
 //! The ports as classes, and the functions between them and the canonical ABI.
 
 use super::super::{Block, File, banner};
-use super::{flag, place, type_name, zero};
+use super::{field as ident, flag, place, type_ident, type_name, zero};
 use crate::abi::{Core, Leaf, Tuple, word};
 use crate::class::{Class, Kind, Ty, TypeDef};
-use crate::names::{camel, comment, lower_camel};
+use crate::names::comment;
 use std::fmt::Write;
 
 fn core(core: Core) -> &'static str {
@@ -95,7 +95,7 @@ fn glue_types(class: &Class) -> Vec<String> {
     let groups = [Some(class.scan), class.settings, class.inputs, class.outputs, class.retained];
     let records = groups.into_iter().flatten();
     let enums = (0..class.types.len()).filter(|t| matches!(class.types[*t].kind, Kind::Enum(_)));
-    records.chain(enums).map(|t| camel(&class.types[t].name)).collect()
+    records.chain(enums).map(|t| type_ident(&class.types[t].name)).collect()
 }
 
 const LOG: &str = r#"// A line for the plant's records. Only a block that calls it imports the log.
@@ -194,14 +194,14 @@ fn execute(out: &mut String, block: &Block) {
 
 fn type_text(class: &Class, ty: &TypeDef) -> String {
     let mut out = comment(&ty.doc, "//");
-    let name = camel(&ty.name);
+    let name = type_ident(&ty.name);
     match &ty.kind {
         Kind::Record(fields) => {
             let _ = writeln!(out, "export class {name} {{");
             for field in fields {
                 out += &comment(&field.doc, "  //");
                 let typed = type_name(class, field.ty);
-                let _ = writeln!(out, "  {}: {typed} = {};", lower_camel(&field.name), zero(class, field.ty));
+                let _ = writeln!(out, "  {}: {typed} = {};", ident(&field.name), zero(class, field.ty));
             }
         }
         Kind::Flags(labels) => {

@@ -10,7 +10,7 @@ use super::{Block, File};
 use crate::abi::Tuple;
 use crate::class::{Class, Kind, Ty};
 use crate::manifest::{Prepare, Step};
-use crate::names::{camel, comment, lower_camel};
+use crate::names::{camel, comment, lower_camel, unless};
 use std::fmt::Write;
 
 /// The version that the tests build with.
@@ -34,7 +34,7 @@ pub(super) fn step(block: &Block) -> Step {
     ];
     let prepare = Prepare {
         command: ["npm", "install", "--no-audit", "--no-fund"].map(str::to_owned).to_vec(),
-        makes: "node_modules".into(),
+        makes: super::PACKAGES.into(),
     };
     Step { prepare: Some(prepare), ..super::step(&command, output.clone()) }
 }
@@ -54,9 +54,29 @@ fn type_name(class: &Class, ty: Ty) -> String {
         Ty::F64 => "f64".into(),
         Ty::Named(index) => match class.types[index].kind {
             Kind::Flags(_) => "u32".into(),
-            _ => camel(&class.types[index].name),
+            _ => type_ident(&class.types[index].name),
         },
     }
+}
+
+/// What AssemblyScript and the glue have by these names.
+#[rustfmt::skip]
+const TAKEN: &[&str] = &[
+    "Array", "ArrayBuffer", "Atomics", "Bool", "Boolean", "DataView", "Date", "Error", "F32", "F64", "Function", "I16", "I32",
+    "I64", "I8", "Infinity", "Int16Array", "Isize", "LogLevel", "Map", "Math", "Mathf", "Number", "Object", "RangeError", "RegExp",
+    "Set", "StaticArray", "String", "Symbol", "TypeError", "U16", "U32", "U64", "U8", "Uint8Array", "Usize", "V128",
+];
+
+fn type_ident(name: &str) -> String {
+    unless(TAKEN, camel(name))
+}
+
+/// A field: any word but those that stand before fields, and that of the function that makes the object.
+fn field(name: &str) -> String {
+    const TAKEN: [&str; 9] =
+        ["abstract", "constructor", "declare", "override", "private", "protected", "public", "readonly", "static"];
+    let name = lower_camel(name);
+    if TAKEN.contains(&name.as_str()) { name + "_" } else { name }
 }
 
 fn zero(class: &Class, ty: Ty) -> String {
@@ -65,9 +85,9 @@ fn zero(class: &Class, ty: Ty) -> String {
         Ty::Named(index) => {
             let def = &class.types[index];
             match &def.kind {
-                Kind::Record(_) => format!("new {}()", camel(&def.name)),
+                Kind::Record(_) => format!("new {}()", type_ident(&def.name)),
                 Kind::Flags(_) => "0".into(),
-                Kind::Enum(cases) => format!("{}.{}", camel(&def.name), flag(&cases[0].name)),
+                Kind::Enum(cases) => format!("{}.{}", type_ident(&def.name), flag(&cases[0].name)),
             }
         }
         _ => "0".into(),
@@ -80,14 +100,14 @@ pub(super) fn authored(block: &Block) -> Vec<File> {
     out += "//\n// Time is an argument: add up scan.elapsed (ns), and ask no clock. NaN and infinity may come in.\n";
     let mut names = vec!["Scan".to_owned()];
     for ty in [class.settings, class.inputs, class.outputs, class.retained].into_iter().flatten() {
-        names.push(camel(&class.types[ty].name));
+        names.push(type_ident(&class.types[ty].name));
     }
     let leaves = |name: &str, ty: usize| Tuple::new(class, &[(name, ty)]).leaves;
     for leaf in class.outputs.map(|ty| leaves("outputs", ty)).into_iter().flatten() {
         if let Ty::Named(index) = leaf.ty
             && matches!(class.types[index].kind, Kind::Enum(_))
         {
-            let name = camel(&class.types[index].name);
+            let name = type_ident(&class.types[index].name);
             if !names.contains(&name) {
                 names.push(name);
             }
@@ -114,8 +134,8 @@ pub(super) fn authored(block: &Block) -> Vec<File> {
     parameters.extend(class.outputs.map(|_| "outputs: Outputs"));
     let result = if class.alarms.is_some() { "u32" } else { "void" };
     let _ = writeln!(out, "export function execute({}): {result} {{", parameters.join(", "));
-    let constant = |t: &str, l: &str| format!("{}.{}", camel(t), flag(l));
-    out += &comment(&super::execute_names(class, ".", &|n| lower_camel(n), &constant), "  //");
+    let constant = |t: &str, l: &str| format!("{}.{}", type_ident(t), flag(l));
+    out += &comment(&super::execute_names(class, ".", &field, &constant), "  //");
     for leaf in class.outputs.map(|ty| leaves("outputs", ty)).into_iter().flatten() {
         let _ = writeln!(out, "  {} = {};", place(&leaf.path), zero(class, leaf.ty));
     }
@@ -139,7 +159,7 @@ pub(super) fn authored(block: &Block) -> Vec<File> {
 }
 
 fn place(path: &[String]) -> String {
-    let rest = path[1..].iter().map(|p| lower_camel(p));
+    let rest = path[1..].iter().map(|p| field(p));
     std::iter::once(path[0].clone()).chain(rest).collect::<Vec<_>>().join(".")
 }
 

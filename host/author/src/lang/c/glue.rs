@@ -1,10 +1,10 @@
 //! The ports as structs, and the functions between them and the canonical ABI.
 
 use super::super::{Block, File, banner};
-use super::{Dialect, constant, functions, ident, named, place, type_name};
+use super::{Dialect, constant, functions, ident, named, place, type_ident, type_name};
 use crate::abi::{Core, Leaf, Tuple};
 use crate::class::{Class, Kind, Ty, TypeDef};
-use crate::names::{camel, comment};
+use crate::names::comment;
 use std::fmt::Write;
 
 fn core(core: Core) -> &'static str {
@@ -46,7 +46,7 @@ static inline void block_log(uint32_t level, const char *message) {
 "#;
 
 fn type_text(class: &Class, ty: &TypeDef) -> String {
-    let name = camel(&ty.name);
+    let name = type_ident(&ty.name);
     let mut out = comment(&ty.doc, "//");
     match &ty.kind {
         Kind::Record(fields) => {

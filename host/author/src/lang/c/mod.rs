@@ -19,69 +19,25 @@ pub(super) enum Dialect {
     Cpp,
 }
 
+/// Words of C11 and C++20, and the names of stdint.h that a field could have.
+#[rustfmt::skip]
 const KEYWORDS: &[&str] = &[
-    "and",
-    "asm",
-    "auto",
-    "bool",
-    "break",
-    "case",
-    "catch",
-    "char",
-    "class",
-    "const",
-    "continue",
-    "default",
-    "delete",
-    "do",
-    "double",
-    "else",
-    "enum",
-    "explicit",
-    "export",
-    "extern",
-    "false",
-    "float",
-    "for",
-    "friend",
-    "goto",
-    "if",
-    "inline",
-    "int",
-    "long",
-    "mutable",
-    "namespace",
-    "new",
-    "not",
-    "operator",
-    "or",
-    "private",
-    "protected",
-    "public",
-    "register",
-    "restrict",
-    "return",
-    "short",
-    "signed",
-    "sizeof",
-    "static",
-    "struct",
-    "switch",
-    "template",
-    "this",
-    "throw",
-    "true",
-    "try",
-    "typedef",
-    "typename",
-    "union",
-    "unsigned",
-    "using",
-    "virtual",
-    "void",
-    "volatile",
-    "while",
-    "xor",
+    "alignas", "alignof", "and", "and_eq", "asm", "auto", "bitand", "bitor", "bool", "break", "case", "catch", "char",
+    "char8_t", "char16_t", "char32_t", "class", "co_await", "co_return", "co_yield", "compl", "concept", "const",
+    "consteval", "constexpr", "constinit", "const_cast", "continue", "decltype", "default", "delete", "do", "double",
+    "dynamic_cast", "else", "enum", "explicit", "export", "extern", "false", "float", "for", "friend", "goto", "if",
+    "inline", "int", "int8_t", "int16_t", "int32_t", "int64_t", "long", "mutable", "namespace", "new", "noexcept",
+    "not", "not_eq", "nullptr", "operator", "or", "or_eq", "private", "protected", "public", "register",
+    "reinterpret_cast", "requires", "restrict", "return", "short", "signed", "sizeof", "static", "static_assert",
+    "static_cast", "struct", "switch", "template", "this", "thread_local", "throw", "true", "try", "typedef", "typeid",
+    "typename", "typeof", "uint8_t", "uint16_t", "uint32_t", "uint64_t", "union", "unsigned", "using", "virtual",
+    "void", "volatile", "wchar_t", "while", "xor", "xor_eq",
+];
+
+/// What constants of the glue and macros of stdint.h begin with.
+const TAKEN: &[&str] = &[
+    "LOG", "SIZE", "INT8", "INT16", "INT32", "INT64", "UINT8", "UINT16", "UINT32", "UINT64", "INTMAX", "INTPTR",
+    "PTRDIFF", "UINTMAX", "UINTPTR", "WCHAR", "WINT",
 ];
 
 /// The flags that both dialects are compiled with.
@@ -93,6 +49,8 @@ const FLAGS: &[&str] = &[
     "-Wl,--strip-all",
     "-Wl,--gc-sections",
     "-Wl,-z,stack-size=16384",
+    // Below everything else: what it has too much of is a trap, and overwrites no data.
+    "-Wl,--stack-first",
 ];
 
 /// `clang` makes the core module in one call.
@@ -142,7 +100,7 @@ fn type_name(class: &Class, ty: Ty) -> String {
         Ty::S64 => "int64_t".into(),
         Ty::F32 => "float".into(),
         Ty::F64 => "double".into(),
-        Ty::Named(index) => camel(&class.types[index].name),
+        Ty::Named(index) => type_ident(&class.types[index].name),
     }
 }
 
@@ -150,8 +108,12 @@ fn named(class: &Class, ty: usize) -> String {
     type_name(class, Ty::Named(ty))
 }
 
+fn type_ident(name: &str) -> String {
+    if TAKEN.contains(&shout(name).as_str()) { camel(name) + "Type" } else { camel(name) }
+}
+
 fn constant(ty: &str, label: &str) -> String {
-    format!("{}_{}", shout(ty), shout(label))
+    format!("{}_{}", shout(&type_ident(ty)), shout(label))
 }
 
 pub(super) fn authored(block: &Block, dialect: Dialect) -> Vec<File> {

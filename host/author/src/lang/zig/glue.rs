@@ -1,10 +1,10 @@
 //! The ports as structs, and the functions between them and the canonical ABI.
 
 use super::super::{Block, File, banner};
-use super::{execute_result, ident, type_name};
+use super::{execute_result, ident, type_ident, type_name};
 use crate::abi::{Core, Leaf, Tuple, word};
 use crate::class::{Class, Kind, Ty, TypeDef};
-use crate::names::{camel, comment};
+use crate::names::comment;
 use std::fmt::Write;
 
 fn core(core: Core) -> &'static str {
@@ -102,7 +102,7 @@ const host = struct {
 
 fn type_text(class: &Class, ty: &TypeDef) -> String {
     let mut out = comment(&ty.doc, "///");
-    let name = camel(&ty.name);
+    let name = type_ident(&ty.name);
     match &ty.kind {
         Kind::Record(fields) => {
             let _ = writeln!(out, "pub const {name} = extern struct {{");

@@ -9,7 +9,7 @@ pub(super) use glue::generated;
 use super::{Block, File};
 use crate::class::{Class, Kind, Ty};
 use crate::manifest::Step;
-use crate::names::{camel, comment, snake};
+use crate::names::{camel, comment, snake, unless};
 use std::fmt::Write;
 
 const KEYWORDS: &[&str] = &[
@@ -102,6 +102,11 @@ fn is_number_type(name: &str) -> bool {
     rest.is_some_and(|r| !r.is_empty() && r.chars().all(|c| c.is_ascii_digit()))
 }
 
+/// `Result` is the glue's.
+fn type_ident(name: &str) -> String {
+    unless(&["Result"], camel(name))
+}
+
 fn type_name(class: &Class, ty: Ty) -> String {
     match ty {
         Ty::Bool => "bool".into(),
@@ -115,7 +120,7 @@ fn type_name(class: &Class, ty: Ty) -> String {
         Ty::S64 => "i64".into(),
         Ty::F32 => "f32".into(),
         Ty::F64 => "f64".into(),
-        Ty::Named(index) => camel(&class.types[index].name),
+        Ty::Named(index) => type_ident(&class.types[index].name),
     }
 }
 

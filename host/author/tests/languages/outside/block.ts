@@ -1,9 +1,9 @@
-// Asks JavaScript for the time and for random numbers.
+// Asks JavaScript for the time and for random numbers: of 31 bits, above which componentize-qjs returns no u32.
 import type { Inputs, Outputs, Scan } from "./class";
 
 export const asking = {
   execute(scan: Scan, inputs: Inputs): Outputs {
     const now = inputs.time ? Date.now() * 1e6 : 0;
-    return { now, random: inputs.random ? Math.floor(Math.random() * 2 ** 32) : 0 };
+    return { now, random: inputs.random ? Math.floor(Math.random() * 2 ** 31) : 0 };
   },
 };
