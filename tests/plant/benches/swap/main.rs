@@ -18,7 +18,7 @@ use thread_priority::{
 };
 
 /// What a lane has when nothing is said.
-const PRIORITY: u8 = 50;
+const PRIORITY: u8 = 40;
 
 struct Args {
     seconds: u64,
