@@ -133,3 +133,13 @@ proptest! {
         prop_assert_eq!(early.raised + late.raised, raises.len() as u64);
     }
 }
+
+#[test]
+fn an_alarm_at_the_very_end_of_a_flood_comes_after_it() {
+    let start = 1_800_000_000_000_000_000;
+    let mut raises = vec![(start, 0); 11];
+    raises.push((start + TEN_MINUTES, 0));
+    let report = report(&raises, None, Some(start + TEN_MINUTES));
+    let found: Vec<_> = report.floods.iter().map(|f| (f.start, f.end, f.count, f.open)).collect();
+    assert_eq!(found, [(start, start + TEN_MINUTES, 11, false)]);
+}

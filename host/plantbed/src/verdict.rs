@@ -38,7 +38,10 @@ pub(crate) fn judge(run: &mut Run<'_>, world: &mut World, step: &Step) -> Vec<Mi
 }
 
 fn alarms(world: &mut World, step: &Step, mismatches: &mut Vec<Mismatch>) {
-    let rows = world.alarms();
+    let Some(rows) = world.alarms() else {
+        let got = "the plant gives no answer".into();
+        return mismatches.push(Mismatch { what: "alarms".into(), expected: "a list".into(), got });
+    };
     if let Some(expected) = &step.expect.alarms {
         let listed = |state: &str| State::from_name(state).is_some_and(State::is_listed);
         let mut got: Vec<_> = rows.iter().filter(|r| listed(r.state)).map(|r| r.alarm.clone()).collect();
@@ -81,7 +84,8 @@ fn faults(expected: &[String], records: &[Record], mismatches: &mut Vec<Mismatch
     for record in &faults {
         if !expected.contains(&record.source) {
             let got = format!("{} ({}: {})", record.source, record.transition, record.text);
-            mismatches.push(Mismatch { what: "faults".into(), expected: "none".into(), got });
+            let expected = if expected.is_empty() { "none".into() } else { expected.join(", ") };
+            mismatches.push(Mismatch { what: "faults".into(), expected, got });
             // One leads to the next.
             break;
         }

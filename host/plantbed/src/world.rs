@@ -117,11 +117,11 @@ impl World {
         self.wish(operation, at).ok()?.try_recv().ok()?.ok()
     }
 
-    /// All alarms.
-    pub(crate) fn alarms(&mut self) -> Vec<AlarmRow> {
-        match self.ask(Operation::Alarms { all: true }) {
-            Some(Answer::Alarms(rows)) => rows,
-            _ => Vec::new(),
+    /// All alarms; none, if there is no answer.
+    pub(crate) fn alarms(&mut self) -> Option<Vec<AlarmRow>> {
+        match self.ask(Operation::Alarms { all: true })? {
+            Answer::Alarms(rows) => Some(rows),
+            _ => None,
         }
     }
 

@@ -74,7 +74,9 @@ impl Floods {
     }
 
     fn close(&mut self, end: u64) {
-        if let Some((start, count)) = self.open.take() {
+        // What is raised at the very moment at which there are fewer than five comes after it.
+        let after = (1..FLOOD_ENDS).take_while(|n| self.last(*n).is_some_and(|t| t >= self.over())).count() as u64;
+        if let Some((start, count)) = self.open.take().map(|(start, count)| (start, count - after)) {
             self.found.push(Flood { start, end, count, open: false });
             self.ended = end;
         }

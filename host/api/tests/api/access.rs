@@ -152,7 +152,7 @@ fn many_forbidden_wishes_take_their_time() {
     }
     let rig = rig(&[("view", "everyone")], Limits { forbidden: Duration::from_millis(400), ..Limits::default() });
     let start = Instant::now();
-    let (status, _) = as_user(&rig, NOBODY, NOBODY, "POST", "/v1/heartbeat", "").expect("a connection");
+    let (status, _) = as_user(&rig, NOBODY, NOBODY, "GET", "/v1/status", "").expect("a connection");
     assert_eq!(status, 200);
     let (status, _) = as_user(&rig, NOBODY, NOBODY, "POST", "/v1/commands", r#"{"tag": "a"}"#).expect("a connection");
     assert_eq!(status, 403);

@@ -92,7 +92,17 @@ impl Language {
     pub fn parse(name: &str) -> Result<Self, AuthorError> {
         Self::ALL.into_iter().find(|l| l.name() == name).ok_or_else(|| {
             let names = Self::ALL.map(Self::name);
-            AuthorError::Language { found: name.into(), suggestion: suggestion(name, names), known: names.join(", ") }
+            let meant = match name {
+                "c++" | "cxx" => "cpp",
+                "js" | "node" => "javascript",
+                "ts" => "typescript",
+                "py" => "python",
+                "golang" => "go",
+                "rs" => "rust",
+                "as" => "assemblyscript",
+                other => other,
+            };
+            AuthorError::Language { found: name.into(), suggestion: suggestion(meant, names), known: names.join(", ") }
         })
     }
 
