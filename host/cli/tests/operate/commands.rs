@@ -213,7 +213,6 @@ fn wrong_command_lines_are_told_with_exit_code_2() {
         &["swap", "unit", "a.wasm", "--yes", "--tolerance", "unit.outputs.level=-1"],
         &["swap", "unit", "a.wasm", "--yes", "--set", "pulse=300ms"],
         &["swap", "unit", "a.wasm", "--yes", "--shadow", "many"],
-        &["swap", "unit", "a.wasm", "--dry-run", "--save"],
         &["rollback", "unit"],
         &["rollback", "unit", "--yes", "--steps", "0"],
         &["swaps", "--cancel"],

@@ -1,4 +1,4 @@
-"""Asks Python's library for the time, and for random numbers: those of its library, and those that its hashes begin with."""
+"""Asks Python's library for the time, and for random numbers."""
 import random
 import time
 
@@ -9,4 +9,4 @@ from wit_world.imports.types import Scan
 class Block:
     def execute(self, scan: Scan, inputs: Inputs) -> Outputs:
         now = time.time_ns() if inputs.time else 0
-        return Outputs(now=now, random=random.getrandbits(32) ^ (hash("abc") & 0xffffffff) if inputs.random else 0)
+        return Outputs(now=now, random=random.getrandbits(32) if inputs.random else 0)

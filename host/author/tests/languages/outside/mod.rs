@@ -82,12 +82,11 @@ fn clock(_: Language, start: &dyn Fn() -> Instance) -> String {
     "plant time".into()
 }
 
-/// The sequence of a language whose own generator the build would seed: Python's Mersenne Twister of seed 0 with the hash of
-/// "abc", which is seeded too; Mulberry32 of seed 0 in JavaScript.
+/// The sequence of a language whose own generator the build would seed: Python's Mersenne Twister of seed 0; Mulberry32 of seed 0 in JavaScript.
 fn known(language: Language) -> Option<[u64; DRAWS]> {
     match language {
         Language::Python => {
-            Some([3471707329, 1952277682, 3570091936, 4112846222, 2104008537, 480191544, 1418351926, 3790258166])
+            Some([3626764237, 1654615998, 3255389356, 3823568514, 1806341205, 173879092, 1112038970, 4146640122])
         }
         Language::JavaScript | Language::TypeScript => {
             Some([572152369, 708123, 479473028, 313966722, 1003578858, 1170483992, 1321242287, 1393685491])
