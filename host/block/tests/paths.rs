@@ -198,7 +198,8 @@ fn shipped_components() {
 
 #[test]
 fn components_of_the_tests() {
-    for path in shipped("test-components") {
+    // `save` of `defects` changes its state: that is what it is for.
+    for path in shipped("test-components").into_iter().filter(|p| !p.ends_with("defects.wasm")) {
         exercise(&path);
     }
 }
