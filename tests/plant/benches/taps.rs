@@ -5,7 +5,7 @@
 //! and where to.
 
 use latchwork_plant::assemble::{Plant, Time};
-use latchwork_plant::lane::{Request, TapReader, TapSlot, tap};
+use latchwork_plant::lane::{Request, TapReader, TapSlot, room, tap};
 use latchwork_tests_plant::Rig;
 use std::fmt::Write;
 use std::hint::black_box;
@@ -16,9 +16,8 @@ use std::time::Instant;
 const BLOCKS: usize = 100;
 /// Scans of one kind in a row.
 const SCANS: u64 = 500;
-/// Executions that may wait in a tap: as many as a flight recorder's.
-const ROOM: usize = 512;
-const EVERY: u64 = 10_000_000;
+/// Periods of the lane, ms.
+const PERIODS: [u64; 2] = [10, 1];
 
 struct Args {
     rounds: usize,
@@ -62,18 +61,20 @@ struct Bench {
     plant: Plant,
     readers: Vec<TapReader>,
     kind: Kind,
+    every: u64,
     now: u64,
 }
 
 impl Bench {
-    fn new(component: &str, inputs: &str, kind: Kind) -> Self {
-        let mut text = String::from("[lane.main]\nevery = \"10ms\"\n");
+    fn new(component: &str, inputs: &str, period: u64, kind: Kind) -> Self {
+        let mut text = format!("[lane.main]\nevery = \"{period}ms\"\n");
         for n in 0..BLOCKS {
             // Writing to a String never fails.
             let _ = write!(text, "[block.b{n}]\ncomponent = \"{component}\"\nlane = \"main\"\n{inputs}");
         }
         let plant = Rig::new(&text).trace(None).plant(Time::Real);
-        let mut bench = Self { plant, readers: Vec::new(), kind, now: 0 };
+        let every = plant.lanes[0].every();
+        let mut bench = Self { plant, readers: Vec::new(), kind, every, now: 0 };
         let slots: &[_] = match kind {
             Kind::Nobody => &[],
             Kind::Recorder | Kind::Full => &[TapSlot::Recorder],
@@ -81,7 +82,7 @@ impl Bench {
         };
         for slot in slots {
             for block in 0..BLOCKS {
-                let (lane_end, reader) = tap(&bench.plant.model.blocks[block].class, ROOM, None);
+                let (lane_end, reader) = tap(&bench.plant.model.blocks[block].class, room(every), None);
                 let request = Request::Tap { block: block as u32, slot: *slot, tap: lane_end };
                 assert!(bench.plant.supervisor.send(0, request).is_ok(), "the lane has room for it");
                 bench.readers.push(reader);
@@ -95,12 +96,12 @@ impl Bench {
 
     /// One scan; the time it took, ns. What is done between two scans is not in it.
     fn scan(&mut self) -> u64 {
-        self.now += EVERY;
+        self.now += self.every;
         let now = self.now;
         let begun = Instant::now();
         black_box(self.plant.lanes[0].scan(now, now, || now));
         let took = begun.elapsed().as_nanos() as u64;
-        self.plant.lanes[0].spare(now + EVERY, || now);
+        self.plant.lanes[0].spare(now + self.every, || now);
         if self.kind != Kind::Full {
             for reader in &mut self.readers {
                 while reader.next_frame().is_some() {}
@@ -122,14 +123,14 @@ fn main() {
     let mut page = format!(
         "{BLOCKS} blocks in a lane, nobody listening, then listened to; ns per block and execution, the middle one of {} rounds \
          of {SCANS} scans each, which take turns. Target: below 100 ns more.\n\n\
-         | block | cells in, out | nobody | recorder | more | recorder and shadow | more | nobody reads | more |\n\
-         |---|---|---|---|---|---|---|---|---|\n",
+         | block | cells in, out | period, ms | nobody | recorder | more | recorder and shadow | more | nobody reads | more |\n\
+         |---|---|---|---|---|---|---|---|---|---|\n",
         args.rounds
     );
-    for (component, inputs) in
-        [("ton", "inputs.in = true\ninputs.pt = \"10h\"\n"), ("alarm-unit", "inputs.level = 1\n"), ("pco", "")]
-    {
-        let mut benches = KINDS.map(|kind| Bench::new(component, inputs, kind));
+    let components =
+        [("ton", "inputs.in = true\ninputs.pt = \"10h\"\n"), ("alarm-unit", "inputs.level = 1\n"), ("pco", "")];
+    for ((component, inputs), period) in components.into_iter().flat_map(|of| PERIODS.map(|period| (of, period))) {
+        let mut benches = KINDS.map(|kind| Bench::new(component, inputs, period, kind));
         let mut rounds = KINDS.map(|_| Vec::with_capacity(args.rounds));
         for _ in 0..args.rounds {
             // In turns: what the machine does besides meets all of them.
@@ -144,7 +145,7 @@ fn main() {
         let class = &benches[0].plant.model.blocks[0].class;
         let _ = writeln!(
             page,
-            "| {component} | {}, {} | {nobody:.0} | {recorder:.0} | {:.0} | {both:.0} | {:.0} | {full:.0} | {:.0} |",
+            "| {component} | {}, {} | {period} | {nobody:.0} | {recorder:.0} | {:.0} | {both:.0} | {:.0} | {full:.0} | {:.0} |",
             class.argument_cells(),
             class.output_cells(),
             recorder - nobody,

@@ -105,14 +105,16 @@ pub struct Told {
     pub swaps: Vec<Done>,
     /// Orders that were refused at once.
     pub refused: Vec<String>,
+    /// Blocks that went back because the machine stood still while their new versions executed.
+    pub stood_still: Vec<String>,
     /// Records.
     pub records: Records,
     /// Values of counters that were looked at.
     pub steps: u64,
     /// What the checked counters have come to, by block.
     pub counts: Vec<(usize, u64)>,
-    /// Where a counter stepped back or skipped.
-    pub broken: Vec<String>,
+    /// Counters that stepped back or skipped, and where.
+    pub broken: Vec<(usize, String)>,
     /// Scans before the first swap.
     pub quiet: Starts,
     /// Scans while blocks were swapped.
@@ -190,6 +192,7 @@ struct Shared {
     now: AtomicU64,
     swaps: Mutex<Vec<Done>>,
     refused: Mutex<Vec<String>>,
+    stood_still: Mutex<Vec<String>>,
     memory: Mutex<Vec<(u64, u64)>>,
 }
 
@@ -234,11 +237,12 @@ impl Soak {
         swapper.join().expect("the thread that swaps");
         let (swaps, refused, memory) = (&shared.swaps, &shared.refused, &shared.memory);
         let (swaps, refused, memory) = (lock(swaps).clone(), lock(refused).clone(), lock(memory).clone());
+        let stood_still = lock(&shared.stood_still).clone();
         let Watch { counters, checked, records, steps, broken, quietly: quiet, swapping, .. } = watch;
         let mut counts: Vec<_> = counters.into_values().filter(|(block, _)| *block < checked).collect();
         counts.sort_unstable();
         let retained = store.close(PATIENCE).expect("the states are on the disk");
-        Told { outcome, swaps, refused, records, steps, counts, broken, quiet, swapping, memory, retained }
+        Told { outcome, swaps, refused, stood_still, records, steps, counts, broken, quiet, swapping, memory, retained }
     }
 
     fn swap(&self, console: &Console, shared: &Shared) {
@@ -317,7 +321,9 @@ impl Soak {
                     let ended = rows.into_iter().find(|r| r.stage.ended());
                     return lock(&shared.swaps).extend(ended.map(|status| {
                         let expected = if bad { Stage::RolledBack } else { Stage::Done };
-                        if status.stage != expected && !overrun(&status) {
+                        if overrun(&status) {
+                            lock(&shared.stood_still).extend(status.blocks.iter().map(|b| b.block.clone()));
+                        } else if status.stage != expected {
                             let why = format!("swap {number} ended {:?}: {}", status.stage, status.message);
                             lock(&shared.refused).push(why);
                         }
@@ -332,8 +338,9 @@ impl Soak {
     }
 }
 
-/// The versions here take less than a microsecond: where the scan has taken more than its period, the machine stood still while one
-/// executed. A plant cannot know that, and is right to take the old one.
+/// The versions here take less than a microsecond: where the scan has taken more than its period because of one, the machine stood
+/// still while it executed. A lane knows that where the machine tells how long its thread has worked; elsewhere it is right to take the
+/// old one, which goes on from the state that it had.
 fn overrun(status: &SwapStatus) -> bool {
     status.stage == Stage::RolledBack && status.message.starts_with("the scan took")
 }
@@ -368,7 +375,7 @@ struct Watch {
     last: Option<u64>,
     records: Records,
     steps: u64,
-    broken: Vec<String>,
+    broken: Vec<(usize, String)>,
     quietly: Starts,
     swapping: Starts,
 }
@@ -428,7 +435,8 @@ impl Observer for Watch {
             self.steps += 1;
             // The first row is the value before the first scan.
             if change.cell != before + 1 && change.cell != 0 {
-                self.broken.push(format!("c{block} went from {before} to {} at {} ns", change.cell, change.time));
+                let at = format!("c{block} went from {before} to {} at {} ns", change.cell, change.time);
+                self.broken.push((*block, at));
             }
         }
         // The first row is the value before the first scan.
@@ -446,7 +454,9 @@ impl Observer for Watch {
 impl Told {
     /// Rules that were broken, one sentence each; the clock is not asked.
     pub fn wrong(&self) -> Vec<String> {
-        let mut wrong = self.broken.clone();
+        let steady = |block: &usize| !self.stood_still.contains(&format!("c{block}"));
+        let broken = self.broken.iter().filter(|(block, _)| steady(block));
+        let mut wrong: Vec<_> = broken.map(|(_, at)| at.clone()).collect();
         wrong.extend(self.refused.iter().map(|r| format!("refused: {r}")));
         let Records { first_wrong, lost, exchanged, back, .. } = &self.records;
         wrong.extend(first_wrong.clone());
@@ -461,7 +471,7 @@ impl Told {
             wrong.push(format!("{} rows of the trace found no room: nothing can be said", self.outcome.trace_lost));
         }
         let scans = self.outcome.lanes[0].statistics.scans;
-        let short = self.counts.iter().filter(|(_, count)| *count != scans);
+        let short = self.counts.iter().filter(|(block, count)| *count != scans && steady(block));
         wrong.extend(short.map(|(block, count)| format!("c{block} counts {count} in {scans} scans")));
         wrong
     }

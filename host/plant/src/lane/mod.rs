@@ -39,7 +39,7 @@ pub use request::{Configured, Mode, Reply, Request, RestartRequest};
 pub use save::{PUT_OFF, Recent, Save, SaveAnswer, SaveResult};
 pub use statistics::Statistics;
 pub use status::Register;
-pub use tap::{Frame, State as TapState, Tap, TapReader, TapSlot, Taps, Timer, tap};
+pub use tap::{Frame, State as TapState, Tap, TapReader, TapSlot, Taps, Timer, room, tap};
 pub use trace::{Change, Tracer, Watch};
 
 use crate::layout::{Convert, STATE};
@@ -173,6 +173,8 @@ pub struct Lane {
     back: Vec<u32>,
     /// Time of this scan that will not come again, ns: exchanges, and what versions took that are gone since.
     excess: u64,
+    /// What the thread has worked, ns: see [`Lane::time_work_by`].
+    work: Option<fn() -> u64>,
     /// One-shot commands were taken back since the last execution; those that are set now have not been seen.
     released: bool,
     /// Reports that found no room.
@@ -197,6 +199,7 @@ impl Lane {
             timed: Vec::with_capacity(blocks),
             back: Vec::with_capacity(blocks),
             excess: 0,
+            work: None,
             released: false,
             unsent: report::Unsent::new(2 * blocks + REPORTS),
         }
@@ -250,6 +253,12 @@ impl Lane {
         for condition in self.parts.conditions.iter_mut().filter(|c| c.source == source) {
             condition.previous = on;
         }
+    }
+
+    /// Time that the thread which scans has worked so far, ns: what a new version is judged by. Without it that is the clock of
+    /// the scan, and a version pays for what the machine did while it executed.
+    pub fn time_work_by(&mut self, work: fn() -> u64) {
+        self.work = Some(work);
     }
 
     /// Makes a record about the lane itself; not from within a scan.

@@ -24,9 +24,13 @@ impl Lane {
             return self.execute(index, now);
         }
         let trial = self.trial_of(index).map(|at| (self.trials[at].number, self.trials[at].baseline(index)));
+        let worked = self.work.map(|work| work());
         let begun = clock();
         self.execute(index, now);
         let spent = clock().saturating_sub(begun);
+        // Where the machine did something else meanwhile, no version is to blame.
+        let worked = self.work.zip(worked).map(|(work, before)| work().saturating_sub(before));
+        let spent = worked.map_or(spent, |worked| spent.min(worked));
         if let Some((_, baseline)) = trial.filter(|(number, _)| self.trials.iter().all(|e| e.number != *number)) {
             // It has failed and is gone.
             self.excess = self.excess.saturating_add(spent.saturating_sub(baseline));

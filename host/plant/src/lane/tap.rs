@@ -1,7 +1,7 @@
 //! Taps: what a block gets and gives at each execution, copied into a bounded ring for whoever listens off the lane.
 //!
 //! The lane writes words, a frame at a time and whole or not at all; a frame that finds no room is counted, and the next one
-//! that does says how many were missed. Settings that a block took are not missed: they wait for room before everything
+//! that does says how many were missed. An execution fills one slot of the ring, in place; a longer frame takes several. Settings that a block took are not missed: they wait for room before everything
 //! else. Nothing here allocates but [`tap`] itself.
 //!
 //! ```text
@@ -54,6 +54,10 @@ const REFUSED: u64 = 1 << 12;
 const KIND: u32 = 13;
 const LENGTH: u32 = 16;
 const MISSED: u32 = 32;
+/// Time for which executions may be on their way, ns: a listener comes a hundred times a second.
+const ROOM: u64 = 250_000_000;
+/// Executions that may be, at least and at most. Little room stays in the processor's caches: a large one costs the lane more.
+const EXECUTIONS: (u64, u64) = (64, 512);
 /// Words of an execution before its cells: header, now, elapsed, ns it took.
 const HEAD: usize = 4;
 /// Reports that one request may lead to; none is taken while there is no room for them.
@@ -61,49 +65,63 @@ pub(super) const REPORTS: usize = 2;
 
 /// The lane's end of a tap.
 pub struct Tap {
+    // What every execution touches comes first.
     to: rtrb::Producer<u64>,
-    /// The frame in the making, as long as the longest.
-    frame: Box<[u64]>,
+    /// Words of a slot: an execution without faults.
+    slot: u32,
     missed: u32,
     ended: bool,
     /// The state came with which what it tells begins.
     live: bool,
-    /// Header and cells of settings that the block took, while they wait for room.
-    settings: Box<[u64]>,
     settings_wait: bool,
     timer: Option<Timer>,
+    /// Header and cells of settings that the block took, while they wait for room; whole slots.
+    settings: Box<[u64]>,
+    /// Another frame in the making, as many slots as the longest takes.
+    frame: Box<[u64]>,
     /// It is for this version of the block alone.
     version: Option<u64>,
     /// The block may be asked for its state.
     saves: bool,
-    /// Argument and output cells of the class it was made for.
+    /// Argument and output cells, and settings, of the class it was made for.
     shape: (usize, usize),
+    setting_cells: usize,
 }
 
 /// The taps of a block, by [`TapSlot`].
 #[derive(Default)]
 pub struct Taps([Option<Box<Tap>>; 2]);
 
+/// Executions that a tap needs room for, of a block in a lane of this period, ns; 0: edges come, nobody knows when.
+pub fn room(every: u64) -> usize {
+    let executions = ROOM.checked_div(every).unwrap_or(u64::MAX);
+    executions.clamp(EXECUTIONS.0, EXECUTIONS.1) as usize
+}
+
 /// A new tap of a block of a class with room for `frames` executions. With a timer each execution is timed: that costs two
 /// looks at the clock.
 pub fn tap(class: &Class, frames: usize, timer: Option<Timer>) -> (Box<Tap>, TapReader) {
     let (arguments, outputs) = (class.argument_cells(), class.output_cells());
-    let longest = (HEAD + arguments + outputs).max(2 + class.retained.len()).max(1 + class.settings.len());
-    let (to, from) = rtrb::RingBuffer::new(longest * frames.max(2));
+    let slot = HEAD + arguments + outputs;
+    let settings = (1 + class.settings.len()).next_multiple_of(slot);
+    let longest = (2 + class.retained.len()).next_multiple_of(slot).max(settings);
+    let (to, from) = rtrb::RingBuffer::new((slot * frames.max(2)).max(longest));
     let tap = Tap {
         to,
-        frame: vec![0; longest].into(),
+        slot: slot as u32,
         missed: 0,
         ended: false,
         live: false,
-        settings: vec![0; 1 + class.settings.len()].into(),
         settings_wait: false,
         timer,
+        settings: vec![0; settings].into(),
+        frame: vec![0; longest].into(),
         version: None,
         saves: true,
         shape: (arguments, outputs),
+        setting_cells: class.settings.len(),
     };
-    (Box::new(tap), TapReader::new(from, longest, arguments))
+    (Box::new(tap), TapReader::new(from, slot, longest, arguments))
 }
 
 impl Tap {
@@ -138,9 +156,9 @@ impl Tap {
     pub(super) fn settings(&mut self, cells: &[u64], taken: Result<bool, FaultKind>) {
         let flags = match taken {
             // What comes after them means nothing without them.
-            Ok(true) if cells.len() + 1 == self.settings.len() => {
+            Ok(true) if cells.len() == self.setting_cells => {
                 self.missed = self.missed.saturating_add(u32::from(self.settings_wait));
-                self.settings[1..].copy_from_slice(cells);
+                self.settings[1..=cells.len()].copy_from_slice(cells);
                 self.settings_wait = true;
                 self.send_settings();
                 return;
@@ -158,7 +176,7 @@ impl Tap {
         if !self.settings_wait {
             return true;
         }
-        let length = (self.settings.len() as u64 - 1) << LENGTH;
+        let length = (self.setting_cells as u64) << LENGTH;
         self.settings[0] = SETTINGS | length | u64::from(self.missed) << MISSED;
         let sent = !self.ended && self.to.push_entire_slice(&self.settings).is_ok();
         if sent {
@@ -175,7 +193,8 @@ impl Tap {
         let ready = self.send_settings();
         let length = (words as u64 - 1) << LENGTH;
         self.frame[0] = kind | flags | length | u64::from(self.missed) << MISSED;
-        let sent = ready && self.to.push_entire_slice(&self.frame[..words]).is_ok();
+        let whole = words.next_multiple_of(self.slot as usize);
+        let sent = ready && self.to.push_entire_slice(&self.frame[..whole]).is_ok();
         self.missed = if sent { 0 } else { self.missed.saturating_add(1) };
         sent
     }
@@ -185,24 +204,56 @@ impl Tap {
         at + cells.len()
     }
 
-    /// The first half of an execution: arguments, which the outputs may overwrite.
-    fn before(&mut self, ins: &[u32], cells: &[u64]) {
-        for (word, cell) in self.frame[HEAD..].iter_mut().zip(ins) {
+    /// The slot for an execution, with its arguments, which the outputs may overwrite; none without room.
+    #[inline]
+    fn open(&mut self, ins: &[u32], cells: &[u64]) -> Option<Slot<'_>> {
+        if self.settings_wait && !self.send_settings() {
+            self.missed = self.missed.saturating_add(1);
+            return None;
+        }
+        let Self { to, slot, missed, .. } = self;
+        let Ok(mut chunk) = to.write_chunk(*slot as usize) else {
+            *missed = missed.saturating_add(1);
+            return None;
+        };
+        // All frames are whole slots, so that none stands at both ends of the ring.
+        let words = chunk.as_mut_slices().0;
+        words[0] = u64::from(std::mem::take(missed)) << MISSED;
+        for (word, cell) in words[HEAD..].iter_mut().zip(ins) {
             *word = cells[*cell as usize];
         }
-    }
-
-    fn after(&mut self, scan: Scan, took: u64, arguments: usize, outputs: Result<&[u64], FaultKind>) {
-        self.frame[1..HEAD].copy_from_slice(&[scan.now, scan.elapsed, took]);
-        let end = self.cells(HEAD + arguments, outputs.unwrap_or(&[]));
-        let flags = if scan.first { FIRST } else { 0 } | outputs.err().map_or(0, fault_flags);
-        self.send(EXECUTION, flags, end);
+        Some(Slot { chunk, arguments: ins.len() })
     }
 
     /// No further frame; the reader hears of it as soon as there is room.
     pub(super) fn end(&mut self) {
         self.send(ENDED, 0, 1);
         self.ended = true;
+    }
+}
+
+/// An execution on its way.
+struct Slot<'a> {
+    chunk: rtrb::chunks::WriteChunk<'a, u64>,
+    arguments: usize,
+}
+
+impl Slot<'_> {
+    #[inline]
+    fn close(mut self, scan: Scan, took: u64, outputs: Result<&[u64], FaultKind>) {
+        let words = self.chunk.as_mut_slices().0;
+        let cells = HEAD + self.arguments;
+        let end = match outputs {
+            Ok(outputs) => {
+                words[cells..cells + outputs.len()].copy_from_slice(outputs);
+                cells + outputs.len()
+            }
+            Err(_) => cells,
+        };
+        let flags = if scan.first { FIRST } else { 0 } | outputs.err().map_or(0, fault_flags);
+        words[0] |= EXECUTION | flags | (end as u64 - 1) << LENGTH;
+        words[1..HEAD].copy_from_slice(&[scan.now, scan.elapsed, took]);
+        self.chunk.commit_all();
     }
 }
 
@@ -214,11 +265,6 @@ impl Taps {
     /// Those that listen: one that has ended may be of another version, with frames that are too short for this one.
     fn each(&mut self) -> impl Iterator<Item = &mut Tap> {
         self.0.iter_mut().flatten().map(|tap| &mut **tap).filter(|tap| !tap.ended)
-    }
-
-    /// Those that have begun to tell.
-    fn live(&mut self) -> impl Iterator<Item = &mut Tap> {
-        self.each().filter(|tap| tap.live)
     }
 
     pub(super) fn any(&self) -> bool {
@@ -234,15 +280,19 @@ impl Taps {
         out: u32,
         cells: &mut [u64],
     ) -> Result<(), Fault> {
-        self.live().for_each(|tap| tap.before(ins, cells));
-        let timer = self.live().find_map(|tap| tap.timer.clone());
+        let [recorder, shadow] = &mut self.0;
+        let live = |tap: &&mut Box<Tap>| tap.live && !tap.ended;
+        let (recorder, shadow) = (recorder.as_mut().filter(live), shadow.as_mut().filter(live));
+        let timer = shadow.as_ref().and_then(|tap| tap.timer.clone());
+        let recorder = recorder.and_then(|tap| tap.open(ins, cells));
+        let shadow = shadow.and_then(|tap| tap.open(ins, cells));
         let begun = timer.as_ref().map(|now| now());
         let result = instance.execute(scan, ins, out, cells);
         let took = timer.zip(begun).map_or(0, |(now, begun)| now().saturating_sub(begun));
         let outputs = out as usize..out as usize + instance.class().output_cells();
-        for tap in self.live() {
-            let outputs = result.as_ref().map(|()| &cells[outputs.clone()]).map_err(|fault| fault.kind);
-            tap.after(scan, took, ins.len(), outputs);
+        let outputs = result.as_ref().map(|()| &cells[outputs]).map_err(|fault| fault.kind);
+        for slot in [recorder, shadow].into_iter().flatten() {
+            slot.close(scan, took, outputs);
         }
         result
     }
@@ -395,8 +445,10 @@ mod tests {
         class.settings = vec![setting("a"), setting("b")];
         let (mut tap, mut reader) = tap(&class, 2, None);
         let scan = |now| Scan { now, elapsed: 0, first: false };
-        // Two executions of four words are all there is room for.
-        (0..3).for_each(|now| tap.after(scan(now), 0, 0, Ok(&[])));
+        let execute =
+            |tap: &mut Tap, now| tap.open(&[], &[]).into_iter().for_each(|slot| slot.close(scan(now), 0, Ok(&[])));
+        // Two executions are all there is room for.
+        (0..3).for_each(|now| execute(&mut tap, now));
         tap.settings(&[1, 2], Ok(true));
         tap.settings(&[3, 4], Ok(true));
         tap.settings(&[5, 6], Ok(false));
@@ -404,7 +456,7 @@ mod tests {
         while let Some((missed, frame)) = reader.next_frame() {
             told.push(format!("{missed} {frame:?}"));
         }
-        tap.after(scan(9), 0, 0, Ok(&[]));
+        execute(&mut tap, 9);
         while let Some((missed, frame)) = reader.next_frame() {
             told.push(format!("{missed} {frame:?}"));
         }

@@ -15,7 +15,7 @@ mod spill;
 mod writer;
 
 use crate::assemble::{Plant, Time};
-use crate::lane::{Request, Tap, TapReader, TapSlot, tap};
+use crate::lane::{Request, Tap, TapReader, TapSlot, room, tap};
 use crate::operate::Refused;
 use crate::supervisor::Recipe;
 use channel::{Channel, Turn};
@@ -28,8 +28,6 @@ use spill::{Order, Spill, Told};
 use std::collections::BTreeSet;
 use std::path::Path;
 
-/// Executions of one block that may be on their way from the lane.
-const ROOM: usize = 512;
 /// Bytes of a segment after which it is cut, at most.
 const SEGMENT: u64 = 32 << 10;
 /// A state that was asked for and has not come is asked for again after so long, ns of plant time.
@@ -103,7 +101,7 @@ impl Plant {
             if !at_start && saves.is_none() {
                 continue;
             }
-            let (mut lane_end, reader) = recorder_tap(&recipe);
+            let (mut lane_end, reader) = recorder_tap(&recipe, self.model.lanes[lane].every);
             if saves == Some(false) {
                 lane_end.without_states();
             }
@@ -127,7 +125,8 @@ impl Plant {
     /// block that is not.
     pub(crate) fn record_version(&mut self, block: usize, recipe: &Recipe, component: &Component) -> Option<Box<Tap>> {
         let index = self.recorder.channels.iter().position(|c| c.block() == block)?;
-        let (lane_end, reader) = recorder_tap(recipe);
+        let lane = self.recorder.channels[index].lane();
+        let (lane_end, reader) = recorder_tap(recipe, self.model.lanes[lane].every);
         let head = self.head(block, recipe, component);
         self.recorder.channels[index].listen(reader, head, false);
         self.recorder.want_rehearsal(index, recipe);
@@ -258,8 +257,8 @@ impl Plant {
 }
 
 /// A tap for this version of a block.
-fn recorder_tap(recipe: &Recipe) -> (Box<Tap>, TapReader) {
-    let (mut lane_end, reader) = tap(recipe.template.class(), ROOM, None);
+fn recorder_tap(recipe: &Recipe, every: u64) -> (Box<Tap>, TapReader) {
+    let (mut lane_end, reader) = tap(recipe.template.class(), room(every), None);
     // The lane may have another version already, which the recipe has in the next turn.
     lane_end.only(recipe.version);
     (lane_end, reader)

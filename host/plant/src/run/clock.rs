@@ -11,6 +11,11 @@ pub trait Clock: Send + Sync {
     fn plant_time(&self, monotonic: u64) -> u64;
     /// Sleeps until a plant time (absolute: no drift); returns early on a signal.
     fn sleep_until(&self, time: u64);
+    /// What tells how long the calling thread has worked so far, ns: without what others did on its processor, or a machine
+    /// that stood still. `None`: nothing does.
+    fn work(&self) -> Option<fn() -> u64> {
+        None
+    }
 }
 
 /// CLOCK_MONOTONIC, 0 at its making.
@@ -19,7 +24,15 @@ pub struct MachineClock {
 }
 
 fn monotonic() -> u64 {
-    let t = clock_gettime(rustix::time::ClockId::Monotonic);
+    read(rustix::time::ClockId::Monotonic)
+}
+
+fn worked() -> u64 {
+    read(rustix::time::ClockId::ThreadCPUTime)
+}
+
+fn read(clock: rustix::time::ClockId) -> u64 {
+    let t = clock_gettime(clock);
     (t.tv_sec as u64).saturating_mul(1_000_000_000).saturating_add(t.tv_nsec as u64)
 }
 
@@ -44,5 +57,9 @@ impl Clock for MachineClock {
         let at = Timespec { tv_sec: (at / 1_000_000_000) as i64, tv_nsec: (at % 1_000_000_000) as i64 };
         // EINTR is an early return, which callers expect.
         let _ = rustix::thread::clock_nanosleep_absolute(ClockId::Monotonic, &at);
+    }
+
+    fn work(&self) -> Option<fn() -> u64> {
+        Some(worked)
     }
 }

@@ -46,6 +46,9 @@ impl Drive<'_> {
 /// One lane's thread; it gives the lane back, and the watchdog it has petted.
 pub(super) fn drive(mut lane: Lane, mut watchdog: Option<Watchdog>, drive: &Drive<'_>) -> (Lane, Option<Watchdog>) {
     set_priority(&mut lane, drive);
+    if let Some(work) = drive.clock.work() {
+        lane.time_work_by(work);
+    }
     if lane.is_interrupt() {
         wait(&mut lane, drive);
     } else {

@@ -76,11 +76,24 @@ impl Spread {
     }
 }
 
-/// Deadlines that passed while a thread could not run.
+/// Deadlines that passed while a thread could not run, and the part of the processors' time that a hypervisor took meanwhile, %.
 #[derive(Default)]
 struct Missed {
     quiet: u64,
     swapping: u64,
+    stolen: (f64, f64),
+}
+
+/// Time that was stolen from this machine's processors so far, and all of it; nothing where that is not told.
+fn stolen() -> (f64, f64) {
+    let text = std::fs::read_to_string("/proc/stat").unwrap_or_default();
+    let times: Vec<f64> = text.lines().next().unwrap_or_default().split_whitespace().filter_map(|w| w.parse().ok()).collect();
+    // user, nice, system, idle, iowait, irq, softirq, steal; what follows is part of the first two.
+    (times.get(7).copied().unwrap_or(0.0), times.iter().take(8).sum())
+}
+
+fn percent(before: (f64, f64), after: (f64, f64)) -> f64 {
+    100.0 * (after.0 - before.0) / (after.1 - before.1).max(1.0)
 }
 
 /// What this machine gives a thread of a lane's priority that does nothing: where it stands still, no runtime keeps a period.
@@ -91,6 +104,7 @@ fn bare(stop: &AtomicBool, every: Duration, quiet: Duration) -> Missed {
         eprintln!("the thread beside the plant has no real-time priority ({why:?}), nor has the lane");
     }
     let (begun, mut due, mut missed) = (Instant::now(), Instant::now(), Missed::default());
+    let (at_first, mut between) = (stolen(), None);
     while !stop.load(Ordering::Relaxed) {
         due += every;
         std::thread::sleep(due.saturating_duration_since(Instant::now()));
@@ -98,7 +112,12 @@ fn bare(stop: &AtomicBool, every: Duration, quiet: Duration) -> Missed {
         let part = if begun.elapsed() < quiet { &mut missed.quiet } else { &mut missed.swapping };
         *part += passed as u64;
         due += every * passed as u32;
+        if between.is_none() && begun.elapsed() >= quiet {
+            between = Some(stolen());
+        }
     }
+    let between = between.unwrap_or(at_first);
+    missed.stolen = (percent(at_first, between), percent(between, stolen()));
     missed
 }
 
@@ -164,8 +183,10 @@ fn swaps(soak: &Soak, told: &Told, bare: &Missed) -> String {
     let (before, during) = (per(bare.quiet, quiet), per(bare.swapping, swapping));
     let _ = writeln!(
         page,
-        "| a bare thread that only wakes, of the same priority, on whichever CPU | {before:.1} | {during:.1} |\n"
+        "| a bare thread that only wakes, of the same priority, on whichever CPU | {before:.1} | {during:.1} |"
     );
+    let (before, during) = bare.stolen;
+    let _ = writeln!(page, "| processor time that the hypervisor took meanwhile, % | {before:.1} | {during:.1} |\n");
     page += "| | count | p50 | p99 | max |\n|---|---|---|---|---|\n";
     for (blocks, what) in [(1, "one block"), (2, "two blocks"), (3, "three blocks")] {
         let some = told.swaps.iter().filter(|d| !d.back && d.blocks == blocks);

@@ -172,6 +172,34 @@ fn a_scan_that_is_too_long_for_another_reason_is_not_its_fault() {
     assert!(!bench.records.iter().any(|r| r.contains("rolled-back")), "{:#?}", bench.records);
 }
 
+thread_local! {
+    /// What the lane's thread has worked, and what it works between two looks, ns.
+    static WORK: Cell<(u64, u64)> = const { Cell::new((0, 0)) };
+}
+
+fn work() -> u64 {
+    let (worked, more) = WORK.get();
+    WORK.set((worked + more, more));
+    worked
+}
+
+#[test]
+fn a_machine_that_does_something_else_while_a_version_executes_is_not_its_fault() {
+    let mut bench = Bench::new();
+    bench.plant.lanes[0].time_work_by(work);
+    // 12 ms by the clock, of which the thread has worked 1 us.
+    WORK.set((0, 1_000));
+    bench.scan(12 * MS, 13 * MS);
+    bench.scan(1_000, 2_000);
+    assert_eq!(bench.version(0), 2, "{:#?}", bench.records);
+    WORK.set((0, 12 * MS));
+    bench.scan(12 * MS, 13 * MS);
+    let told = bench.told("rolled-back");
+    assert!(told.contains("the new version took 12000 us of them"), "{told}");
+    bench.scan(1_000, 2_000);
+    assert_eq!(bench.version(0), 1);
+}
+
 #[test]
 fn a_version_that_would_wake_the_watchdog_is_rolled_back_and_the_lane_goes_on() {
     let mut bench = Bench::new();

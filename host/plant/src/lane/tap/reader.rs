@@ -8,6 +8,7 @@ use latchwork_block::{FaultKind, Scan};
 /// The listener's end of a tap.
 pub struct TapReader {
     from: rtrb::Consumer<u64>,
+    slot: usize,
     buffer: Vec<u64>,
     arguments: usize,
 }
@@ -62,9 +63,9 @@ pub enum State<'a> {
 }
 
 impl TapReader {
-    /// Of frames of at most so many words, and executions with so many argument cells.
-    pub(super) fn new(from: rtrb::Consumer<u64>, longest: usize, arguments: usize) -> Self {
-        Self { from, buffer: vec![0; longest], arguments }
+    /// Of slots of so many words, frames of at most so many in whole slots, and executions with so many argument cells.
+    pub(super) fn new(from: rtrb::Consumer<u64>, slot: usize, longest: usize, arguments: usize) -> Self {
+        Self { from, slot, buffer: vec![0; longest], arguments }
     }
 
     /// The next frame and the number of frames missed before it; `None` when there is none yet.
@@ -72,7 +73,8 @@ impl TapReader {
         let header = *self.from.peek().ok()?;
         let words = (header >> LENGTH & 0xffff) as usize;
         // Frames are written whole: what the header announces is there.
-        self.from.pop_entire_slice(self.buffer.get_mut(..=words)?).ok()?;
+        let whole = (words + 1).next_multiple_of(self.slot);
+        self.from.pop_entire_slice(self.buffer.get_mut(..whole)?).ok()?;
         let words = &self.buffer[1..=words];
         let flag = |flag| header & flag != 0;
         let fault = flag(FAULTED).then(|| FaultKind::from_code((header >> KIND & 7) as u8).unwrap_or(FaultKind::Trap));
