@@ -87,7 +87,8 @@ struct Missed {
 /// Time that was stolen from this machine's processors so far, and all of it; nothing where that is not told.
 fn stolen() -> (f64, f64) {
     let text = std::fs::read_to_string("/proc/stat").unwrap_or_default();
-    let times: Vec<f64> = text.lines().next().unwrap_or_default().split_whitespace().filter_map(|w| w.parse().ok()).collect();
+    let times: Vec<f64> =
+        text.lines().next().unwrap_or_default().split_whitespace().filter_map(|w| w.parse().ok()).collect();
     // user, nice, system, idle, iowait, irq, softirq, steal; what follows is part of the first two.
     (times.get(7).copied().unwrap_or(0.0), times.iter().take(8).sum())
 }
