@@ -5,7 +5,7 @@
 //! and where to.
 
 use latchwork_plant::assemble::{Plant, Time};
-use latchwork_plant::lane::{Request, TapReader, TapSlot, room, tap};
+use latchwork_plant::lane::{Request, TapReader, TapSlot, on_tape, room, tap, tap_words, tape};
 use latchwork_tests_plant::Rig;
 use std::fmt::Write;
 use std::hint::black_box;
@@ -80,12 +80,26 @@ impl Bench {
             Kind::Recorder | Kind::Full => &[TapSlot::Recorder],
             Kind::Both => &[TapSlot::Recorder, TapSlot::Shadow],
         };
+        if !slots.is_empty() {
+            // As the recorder makes it.
+            let words = BLOCKS * room(every) * tap_words(&bench.plant.model.blocks[0].class);
+            let (tape, reader) = tape(words.max(1 << 16));
+            bench.plant.lanes[0].record_on(tape);
+            bench.readers.push(reader);
+        }
         for slot in slots {
             for block in 0..BLOCKS {
-                let (lane_end, reader) = tap(&bench.plant.model.blocks[block].class, room(every), None);
+                let class = &bench.plant.model.blocks[block].class;
+                let lane_end = match slot {
+                    TapSlot::Recorder => on_tape(class, block as u32).0,
+                    TapSlot::Shadow => {
+                        let (lane_end, reader) = tap(class, room(every), None);
+                        bench.readers.push(reader);
+                        lane_end
+                    }
+                };
                 let request = Request::Tap { block: block as u32, slot: *slot, tap: lane_end };
                 assert!(bench.plant.supervisor.send(0, request).is_ok(), "the lane has room for it");
-                bench.readers.push(reader);
                 // A lane takes some requests per scan.
                 bench.scan();
             }

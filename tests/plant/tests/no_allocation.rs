@@ -3,7 +3,7 @@
 //! Allocations are counted by thread, so that the tests do not count each other's.
 
 use latchwork_plant::assemble::Time;
-use latchwork_plant::lane::{Request, TapSlot, tap};
+use latchwork_plant::lane::{Request, TapSlot, on_tape, tap, tape};
 use latchwork_tests_plant::Rig;
 use latchwork_tests_plant::forge::Counter;
 use std::alloc::{GlobalAlloc, Layout, System};
@@ -112,13 +112,16 @@ fn taps_of_every_block_allocate_nothing_whether_they_are_read_or_full() {
     let mut plant = Rig::new(PLANT).plant(Time::Virtual);
     let mut readers = Vec::new();
     for lane in 0..plant.lanes.len() {
+        let (tape, reader) = tape(1 << 14);
+        plant.lanes[lane].record_on(tape);
+        readers.push((TapSlot::Recorder, reader));
         for place in 0..plant.layout.lanes[lane].blocks.len() {
             let class = &plant.model.blocks[plant.layout.lanes[lane].blocks[place].block].class;
-            for slot in [TapSlot::Recorder, TapSlot::Shadow] {
-                let (tap, reader) = tap(class, 16, None);
+            let (own, reader) = tap(class, 16, None);
+            readers.push((TapSlot::Shadow, reader));
+            for (slot, tap) in [(TapSlot::Recorder, on_tape(class, place as u32).0), (TapSlot::Shadow, own)] {
                 let request = Request::Tap { block: place as u32, slot, tap };
                 assert!(plant.supervisor.send(lane, request).is_ok());
-                readers.push((slot, reader));
             }
         }
     }

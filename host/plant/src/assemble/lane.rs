@@ -114,6 +114,7 @@ impl LaneWiring {
             reports: self.reports,
             conditions: self.conditions,
             tracer: self.tracer,
+            tape: Default::default(),
             followers: self.followers,
             interrupt: self.interrupt,
             oldest: self.oldest,

@@ -2,7 +2,7 @@
 //!
 //! The block executes on cells of its own; by name its arguments come out of the lane's and its results go there.
 
-use super::tap::Taps;
+use super::tap::{Tape, Taps};
 use crate::layout::exponent;
 use latchwork_block::upgrade::Mapping;
 use latchwork_block::{Class, Fault, Instance, Scan};
@@ -64,14 +64,14 @@ impl Adapter {
         &mut self,
         instance: &mut Instance,
         scan: Scan,
-        taps: Option<&mut Taps>,
+        taps: Option<(&mut Taps, &mut Tape)>,
         cells: &mut [u64],
     ) -> Result<(), Fault> {
         let Self { mapping, ins, cells: own, .. } = self;
         mapping.arguments(cells, own);
         let out = ins.len() as u32;
         match taps {
-            Some(taps) => taps.execute(instance, scan, ins, out, own)?,
+            Some((taps, tape)) => taps.execute(tape, instance, scan, ins, out, own)?,
             None => instance.execute(scan, ins, out, own)?,
         }
         mapping.results(&own[ins.len()..], cells);

@@ -109,10 +109,12 @@ impl Lane {
         let scan = Scan { now, elapsed: if block.ran { now - block.last } else { 0 }, first: block.first };
         let ins = &parts.ins[block.ins.start as usize..block.ins.end as usize];
         let result = if block.tapped || block.adapter.is_some() {
-            let taps = block.tapped.then_some(&mut block.rest.taps);
+            let taps = block.tapped.then_some((&mut block.rest.taps, &mut parts.tape));
             match &mut block.adapter {
                 Some(adapter) => adapter.execute(instance, scan, taps, &mut parts.cells),
-                None => block.rest.taps.execute(instance, scan, ins, block.out.start, &mut parts.cells),
+                None => {
+                    block.rest.taps.execute(&mut parts.tape, instance, scan, ins, block.out.start, &mut parts.cells)
+                }
             }
         } else {
             instance.execute(scan, ins, block.out.start, &mut parts.cells)

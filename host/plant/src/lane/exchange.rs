@@ -340,13 +340,13 @@ impl Lane {
             let block = &mut self.parts.blocks[part.block as usize];
             if let Some(tap) = block.rest.taps.recorder() {
                 if let Some(saved) = saved.get(at).filter(|s| s.there && (block.ran || !block.first)) {
-                    tap.state(block.last, Some(&saved.cells));
+                    tap.state(block.last, Some(&saved.cells), &mut self.parts.tape);
                 }
-                tap.waits();
+                tap.waits(&mut self.parts.tape);
             }
             if let Some(tap) = &mut part.tap {
                 let warm = !part.other.first || part.other.ran;
-                tap.state(part.other.last, warm.then_some(&part.state));
+                tap.state(part.other.last, warm.then_some(&part.state), &mut self.parts.tape);
             }
         }
     }

@@ -39,7 +39,9 @@ pub use request::{Configured, Mode, Reply, Request, RestartRequest};
 pub use save::{PUT_OFF, Recent, Save, SaveAnswer, SaveResult};
 pub use statistics::Statistics;
 pub use status::Register;
-pub use tap::{Frame, State as TapState, Tap, TapReader, TapSlot, Taps, Timer, room, tap};
+pub use tap::{
+    Frame, State as TapState, Tap, TapReader, TapSlot, Tape, Taps, Timer, on_tape, room, tap, tape, words as tap_words,
+};
 pub use trace::{Change, Tracer, Watch};
 
 use crate::layout::{Convert, STATE};
@@ -131,6 +133,8 @@ pub struct LaneParts {
     pub conditions: Vec<Condition>,
     /// Traced tags.
     pub tracer: Tracer,
+    /// What the flight recorder's taps on its blocks write.
+    pub tape: Tape,
     /// Interrupt lanes that hear of the end of its scans.
     pub followers: Vec<Follower>,
     /// What makes it an interrupt lane.

@@ -134,7 +134,7 @@ impl Lane {
         for part in &mut trial.parts {
             self.switch(part);
             if let Some(tap) = &mut part.tap {
-                tap.end();
+                tap.end(&mut self.parts.tape);
             }
             if returned && part.failed.is_some() {
                 part.bury(now);
@@ -212,7 +212,8 @@ impl Lane {
         }
         let answer = instance.configure(cells);
         if let Some(tap) = &mut part.tap {
-            tap.settings(cells, answer.as_ref().map(Result::is_ok).map_err(|fault| fault.kind));
+            let taken = answer.as_ref().map(Result::is_ok).map_err(|fault| fault.kind);
+            tap.settings(cells, taken, &mut self.parts.tape);
         }
         let why = match answer {
             Ok(Ok(())) => return,

@@ -230,7 +230,7 @@ impl Lane {
             return Err(Text::new("the block is out of order; try again when it runs"));
         };
         let answer = instance.configure(cells);
-        taps.settings(cells, answer.as_ref().map(Result::is_ok).map_err(|fault| fault.kind));
+        taps.settings(cells, answer.as_ref().map(Result::is_ok).map_err(|fault| fault.kind), &mut self.parts.tape);
         match answer {
             Ok(Ok(())) => Ok(()),
             Ok(Err(sentence)) => Err(Text::new(&sentence)),
@@ -276,7 +276,7 @@ impl Lane {
         block.rest.state = BlockState::Running;
         block.first = true;
         block.ran = false;
-        block.rest.taps.restarted();
+        block.rest.taps.restarted(&mut self.parts.tape);
         let entry = Entry::new(now, Kind::Fault, block.rest.source, "restarted").priority(50);
         self.parts.recorder.push(entry);
         true

@@ -154,7 +154,7 @@ impl Lane {
 
     fn save_for_tap(&mut self, index: usize, slot: TapSlot, now: u64, clock: &dyn Fn() -> u64) {
         let Some(block) = self.parts.blocks.get_mut(index) else { return };
-        let saved = block.save_for(slot);
+        let saved = block.save_for(slot, &mut self.parts.tape);
         block.rest.saves.add(clock().saturating_sub(now));
         if let Err(fault) = saved {
             self.could_not_save(index, now, &fault);

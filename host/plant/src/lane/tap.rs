@@ -1,11 +1,15 @@
 //! Taps: what a block gets and gives at each execution, copied into a bounded ring for whoever listens off the lane.
 //!
 //! The lane writes words, a frame at a time and whole or not at all; a frame that finds no room is counted, and the next one
-//! that does says how many were missed. An execution fills one slot of the ring, in place; a longer frame takes several. Settings that a block took are not missed: they wait for room before everything
-//! else. Nothing here allocates but [`tap`] itself.
+//! that does says how many were missed. Settings that a block took are not missed: they wait for room before everything
+//! else. Nothing here allocates but [`tap`], [`on_tape`] and [`tape`].
+//!
+//! The taps of the flight recorder share one ring per lane, its [`Tape`]: what the blocks of a lane tell in a scan stands side by
+//! side, which costs the lane less than a ring for each. A shadow has its own.
 //!
 //! ```text
 //! header: kind │ flags << 8 │ words behind it << 16 │ frames missed before it << 32
+//!         number of the tap │ argument cells of its block << 32
 //! state:      time of the last execution, retained cells
 //! execution:  now, elapsed, ns it took (0: not measured), argument cells, output cells (none after a fault)
 //! settings:   setting cells
@@ -15,12 +19,15 @@
 //! ([`super::save`]).
 
 mod reader;
+mod ring;
 
 pub use reader::{Frame, State, TapReader};
+pub use ring::{Tape, tape};
 
 use super::{Block, Lane, Report};
 use latchwork_block::{Class, Fault, FaultKind, Instance, Scan};
-use std::sync::Arc;
+use ring::{Ring, Slot};
+use std::sync::{Arc, Weak};
 
 /// Who listens: a block has room for one of each.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -41,6 +48,8 @@ const SETTINGS: u64 = 3;
 const RESTARTED: u64 = 4;
 const ENDED: u64 = 5;
 const WAITS: u64 = 6;
+/// The rest of the ring is empty.
+const SKIP: u64 = 7;
 
 const FIRST: u64 = 1 << 8;
 const FAULTED: u64 = 1 << 9;
@@ -58,34 +67,40 @@ const MISSED: u32 = 32;
 const ROOM: u64 = 250_000_000;
 /// Executions that may be, at least and at most. Little room stays in the processor's caches: a large one costs the lane more.
 const EXECUTIONS: (u64, u64) = (64, 512);
+/// Words that every frame begins with.
+const HEADER: usize = 2;
 /// Words of an execution before its cells: header, now, elapsed, ns it took.
-const HEAD: usize = 4;
+const HEAD: usize = HEADER + 3;
 /// Reports that one request may lead to; none is taken while there is no room for them.
 pub(super) const REPORTS: usize = 2;
 
 /// The lane's end of a tap.
 pub struct Tap {
     // What every execution touches comes first.
-    to: rtrb::Producer<u64>,
-    /// Words of a slot: an execution without faults.
+    /// Words of an execution without faults.
     slot: u32,
     missed: u32,
+    /// Second word of its frames.
+    who: u64,
     ended: bool,
     /// The state came with which what it tells begins.
     live: bool,
     settings_wait: bool,
+    /// `None`: it tells what it has to tell on its lane's tape.
+    own: Option<Ring>,
     timer: Option<Timer>,
-    /// Header and cells of settings that the block took, while they wait for room; whole slots.
+    /// Header and cells of settings that the block took, while they wait for room.
     settings: Box<[u64]>,
-    /// Another frame in the making, as many slots as the longest takes.
+    /// Another frame in the making, as long as the longest.
     frame: Box<[u64]>,
     /// It is for this version of the block alone.
     version: Option<u64>,
     /// The block may be asked for its state.
     saves: bool,
-    /// Argument and output cells, and settings, of the class it was made for.
+    /// Argument and output cells of the class it was made for.
     shape: (usize, usize),
-    setting_cells: usize,
+    /// Gone with the tap: whoever reads the tape sees that nothing more will come.
+    _there: Arc<()>,
 }
 
 /// The taps of a block, by [`TapSlot`].
@@ -98,33 +113,49 @@ pub fn room(every: u64) -> usize {
     executions.clamp(EXECUTIONS.0, EXECUTIONS.1) as usize
 }
 
-/// A new tap of a block of a class with room for `frames` executions. With a timer each execution is timed: that costs two
+/// Words of an execution of a block of a class, in a tap's ring or on a tape.
+pub fn words(class: &Class) -> usize {
+    HEAD + class.argument_cells() + class.output_cells()
+}
+
+/// A new tap of a block of a class, with a ring for `frames` executions. With a timer each execution is timed: that costs two
 /// looks at the clock.
 pub fn tap(class: &Class, frames: usize, timer: Option<Timer>) -> (Box<Tap>, TapReader) {
-    let (arguments, outputs) = (class.argument_cells(), class.output_cells());
-    let slot = HEAD + arguments + outputs;
-    let settings = (1 + class.settings.len()).next_multiple_of(slot);
-    let longest = (2 + class.retained.len()).next_multiple_of(slot).max(settings);
-    let (to, from) = rtrb::RingBuffer::new((slot * frames.max(2)).max(longest));
-    let tap = Tap {
-        to,
-        slot: slot as u32,
-        missed: 0,
-        ended: false,
-        live: false,
-        settings_wait: false,
-        timer,
-        settings: vec![0; settings].into(),
-        frame: vec![0; longest].into(),
-        version: None,
-        saves: true,
-        shape: (arguments, outputs),
-        setting_cells: class.settings.len(),
-    };
-    (Box::new(tap), TapReader::new(from, slot, longest, arguments))
+    let mut tap = Tap::new(class, 0);
+    let (ring, reader) = ring::own(words(class), frames.max(2), tap.frame.len().max(tap.settings.len()));
+    (tap.own, tap.timer) = (Some(ring), timer);
+    (tap, reader)
+}
+
+/// A new tap of a block of a class, which tells everything on the tape of the block's lane, under a number. The other one is
+/// dead when nothing more will come.
+pub fn on_tape(class: &Class, number: u32) -> (Box<Tap>, Weak<()>) {
+    let tap = Tap::new(class, number);
+    let there = Arc::downgrade(&tap._there);
+    (tap, there)
 }
 
 impl Tap {
+    fn new(class: &Class, number: u32) -> Box<Self> {
+        let (arguments, outputs) = (class.argument_cells(), class.output_cells());
+        Box::new(Self {
+            slot: words(class) as u32,
+            missed: 0,
+            who: u64::from(number) | (arguments as u64) << 32,
+            ended: false,
+            live: false,
+            settings_wait: false,
+            own: None,
+            timer: None,
+            settings: vec![0; HEADER + class.settings.len()].into(),
+            frame: vec![0; HEADER + 1 + class.retained.len().max(class.settings.len())].into(),
+            version: None,
+            saves: true,
+            shape: (arguments, outputs),
+            _there: Arc::new(()),
+        })
+    }
+
     /// For this version of the block alone ([`crate::supervisor::Recipe::version`]): with another one it ends at once.
     pub fn only(&mut self, version: u64) {
         self.version = Some(version);
@@ -136,49 +167,51 @@ impl Tap {
     }
 
     /// The state that a block has now; `None` when it is cold.
-    pub(super) fn state(&mut self, last: u64, state: Option<&[u64]>) {
-        self.frame[1] = last;
-        let end = self.cells(2, state.unwrap_or(&[]));
-        self.begin(if state.is_none() { COLD } else { 0 }, end);
+    pub(super) fn state(&mut self, last: u64, state: Option<&[u64]>, tape: &mut Tape) {
+        self.frame[HEADER] = last;
+        let end = self.cells(HEADER + 1, state.unwrap_or(&[]));
+        self.begin(if state.is_none() { COLD } else { 0 }, end, tape);
     }
 
     /// Sends a state in the making, with which what it tells begins.
-    fn begin(&mut self, flags: u64, words: usize) {
-        self.live |= self.send(STATE, flags, words);
+    fn begin(&mut self, flags: u64, words: usize, tape: &mut Tape) {
+        self.live |= self.send(STATE, flags, words, tape);
     }
 
     /// The block executes another version from now on; this one may come back.
-    pub(super) fn waits(&mut self) {
-        self.send(WAITS, 0, 1);
+    pub(super) fn waits(&mut self, tape: &mut Tape) {
+        self.send(WAITS, 0, HEADER, tape);
     }
 
     /// The block got settings, and took them or not, or faulted over them.
-    pub(super) fn settings(&mut self, cells: &[u64], taken: Result<bool, FaultKind>) {
+    pub(super) fn settings(&mut self, cells: &[u64], taken: Result<bool, FaultKind>, tape: &mut Tape) {
         let flags = match taken {
             // What comes after them means nothing without them.
-            Ok(true) if cells.len() == self.setting_cells => {
+            Ok(true) if cells.len() + HEADER == self.settings.len() => {
                 self.missed = self.missed.saturating_add(u32::from(self.settings_wait));
-                self.settings[1..=cells.len()].copy_from_slice(cells);
+                self.settings[HEADER..].copy_from_slice(cells);
                 self.settings_wait = true;
-                self.send_settings();
+                self.send_settings(tape);
                 return;
             }
             Ok(true) => 0,
             Ok(false) => REFUSED,
             Err(kind) => fault_flags(kind),
         };
-        let end = self.cells(1, cells);
-        self.send(SETTINGS, flags, end);
+        let end = self.cells(HEADER, cells);
+        self.send(SETTINGS, flags, end, tape);
     }
 
     /// Sends settings that wait; false when they still do.
-    fn send_settings(&mut self) -> bool {
+    fn send_settings(&mut self, tape: &mut Tape) -> bool {
         if !self.settings_wait {
             return true;
         }
-        let length = (self.setting_cells as u64) << LENGTH;
+        let length = (self.settings.len() as u64 - 1) << LENGTH;
         self.settings[0] = SETTINGS | length | u64::from(self.missed) << MISSED;
-        let sent = !self.ended && self.to.push_entire_slice(&self.settings).is_ok();
+        self.settings[1] = self.who;
+        let ring = self.own.as_mut().or(tape.0.as_mut()).filter(|_| !self.ended);
+        let sent = ring.is_some_and(|ring| ring.push(&self.settings));
         if sent {
             (self.missed, self.settings_wait) = (0, false);
         }
@@ -186,15 +219,16 @@ impl Tap {
     }
 
     /// True when it found room.
-    fn send(&mut self, kind: u64, flags: u64, words: usize) -> bool {
+    fn send(&mut self, kind: u64, flags: u64, words: usize, tape: &mut Tape) -> bool {
         if self.ended {
             return false;
         }
-        let ready = self.send_settings();
+        let ready = self.send_settings(tape);
         let length = (words as u64 - 1) << LENGTH;
         self.frame[0] = kind | flags | length | u64::from(self.missed) << MISSED;
-        let whole = words.next_multiple_of(self.slot as usize);
-        let sent = ready && self.to.push_entire_slice(&self.frame[..whole]).is_ok();
+        self.frame[1] = self.who;
+        let ring = self.own.as_mut().or(tape.0.as_mut()).filter(|_| ready);
+        let sent = ring.is_some_and(|ring| ring.push(&self.frame[..words]));
         self.missed = if sent { 0 } else { self.missed.saturating_add(1) };
         sent
     }
@@ -204,56 +238,23 @@ impl Tap {
         at + cells.len()
     }
 
-    /// The slot for an execution, with its arguments, which the outputs may overwrite; none without room.
+    /// The place for an execution, with its arguments, which the outputs may overwrite; none without room.
     #[inline]
-    fn open(&mut self, ins: &[u32], cells: &[u64]) -> Option<Slot<'_>> {
-        if self.settings_wait && !self.send_settings() {
-            self.missed = self.missed.saturating_add(1);
-            return None;
-        }
-        let Self { to, slot, missed, .. } = self;
-        let Ok(mut chunk) = to.write_chunk(*slot as usize) else {
+    fn open<'a>(&'a mut self, ins: &[u32], cells: &[u64], tape: Option<&'a mut Tape>) -> Option<Slot<'a>> {
+        let Self { own, slot, missed, who, settings_wait, .. } = self;
+        let ring = own.as_mut().or(tape.and_then(|tape| tape.0.as_mut())).filter(|_| !*settings_wait);
+        let Some(mut slot) = ring.and_then(|ring| ring.open(*slot as usize)) else {
             *missed = missed.saturating_add(1);
             return None;
         };
-        // All frames are whole slots, so that none stands at both ends of the ring.
-        let words = chunk.as_mut_slices().0;
-        words[0] = u64::from(std::mem::take(missed)) << MISSED;
-        for (word, cell) in words[HEAD..].iter_mut().zip(ins) {
-            *word = cells[*cell as usize];
-        }
-        Some(Slot { chunk, arguments: ins.len() })
+        slot.begin(u64::from(std::mem::take(missed)) << MISSED, *who, ins, cells);
+        Some(slot)
     }
 
     /// No further frame; the reader hears of it as soon as there is room.
-    pub(super) fn end(&mut self) {
-        self.send(ENDED, 0, 1);
+    pub(super) fn end(&mut self, tape: &mut Tape) {
+        self.send(ENDED, 0, HEADER, tape);
         self.ended = true;
-    }
-}
-
-/// An execution on its way.
-struct Slot<'a> {
-    chunk: rtrb::chunks::WriteChunk<'a, u64>,
-    arguments: usize,
-}
-
-impl Slot<'_> {
-    #[inline]
-    fn close(mut self, scan: Scan, took: u64, outputs: Result<&[u64], FaultKind>) {
-        let words = self.chunk.as_mut_slices().0;
-        let cells = HEAD + self.arguments;
-        let end = match outputs {
-            Ok(outputs) => {
-                words[cells..cells + outputs.len()].copy_from_slice(outputs);
-                cells + outputs.len()
-            }
-            Err(_) => cells,
-        };
-        let flags = if scan.first { FIRST } else { 0 } | outputs.err().map_or(0, fault_flags);
-        words[0] |= EXECUTION | flags | (end as u64 - 1) << LENGTH;
-        words[1..HEAD].copy_from_slice(&[scan.now, scan.elapsed, took]);
-        self.chunk.commit_all();
     }
 }
 
@@ -274,6 +275,7 @@ impl Taps {
     /// Executes a block under its taps.
     pub(super) fn execute(
         &mut self,
+        tape: &mut Tape,
         instance: &mut Instance,
         scan: Scan,
         ins: &[u32],
@@ -284,8 +286,15 @@ impl Taps {
         let live = |tap: &&mut Box<Tap>| tap.live && !tap.ended;
         let (recorder, shadow) = (recorder.as_mut().filter(live), shadow.as_mut().filter(live));
         let timer = shadow.as_ref().and_then(|tap| tap.timer.clone());
-        let recorder = recorder.and_then(|tap| tap.open(ins, cells));
-        let shadow = shadow.and_then(|tap| tap.open(ins, cells));
+        let recorder = recorder.and_then(|tap| {
+            tap.send_settings(tape);
+            tap.open(ins, cells, Some(tape))
+        });
+        // It has a ring of its own.
+        let shadow = shadow.and_then(|tap| {
+            tap.send_settings(&mut Tape::default());
+            tap.open(ins, cells, None)
+        });
         let begun = timer.as_ref().map(|now| now());
         let result = instance.execute(scan, ins, out, cells);
         let took = timer.zip(begun).map_or(0, |(now, begun)| now().saturating_sub(begun));
@@ -298,8 +307,8 @@ impl Taps {
     }
 
     /// The block got settings, and took them or not, or faulted over them.
-    pub(super) fn settings(&mut self, cells: &[u64], taken: Result<bool, FaultKind>) {
-        self.each().for_each(|tap| tap.settings(cells, taken));
+    pub(super) fn settings(&mut self, cells: &[u64], taken: Result<bool, FaultKind>, tape: &mut Tape) {
+        self.each().for_each(|tap| tap.settings(cells, taken, tape));
     }
 
     /// The recorder's tap goes with the version that it was put on, and another one comes.
@@ -313,12 +322,17 @@ impl Taps {
     }
 
     /// The block has a fresh instance, cold.
-    pub(super) fn restarted(&mut self) {
-        self.each().for_each(|tap| tap.live |= tap.send(RESTARTED, 0, 1));
+    pub(super) fn restarted(&mut self, tape: &mut Tape) {
+        self.each().for_each(|tap| tap.live |= tap.send(RESTARTED, 0, HEADER, tape));
     }
 }
 
 impl Lane {
+    /// Before the first scan: what taps without a ring of their own tell stands on this tape.
+    pub fn record_on(&mut self, tape: Tape) {
+        self.parts.tape = tape;
+    }
+
     /// Before the first scan: puts a tap on a block.
     pub(crate) fn tap_at_start(&mut self, index: usize, slot: TapSlot, tap: Box<Tap>) {
         self.tap(index, slot, tap, 0);
@@ -333,7 +347,7 @@ impl Lane {
         let shape = |i: &Instance| (i.class().argument_cells(), i.class().output_cells());
         let other = block.instance.as_ref().is_some_and(|i| shape(i) != tap.shape);
         if other || tap.version.is_some_and(|version| version != block.rest.version) {
-            tap.end();
+            tap.end(&mut self.parts.tape);
             return self.send(Report::Tap(tap));
         }
         match &mut block.rest.taps.0[slot as usize] {
@@ -352,7 +366,7 @@ impl Lane {
         let place = &mut block.rest.taps.0[slot as usize];
         if let Some(mut tap) = place.take() {
             if !tap.ended {
-                tap.end();
+                tap.end(&mut self.parts.tape);
             }
             // Without room it stays where it is, and says nothing any more: nothing is freed here.
             if let Err(rtrb::PushError::Full(Report::Tap(tap))) = self.parts.reports.push(Report::Tap(tap)) {
@@ -369,7 +383,7 @@ impl Lane {
         if block.saves_for(slot) {
             self.want_keyframe(index as u32, slot, now);
         } else {
-            block.show(slot);
+            block.show(slot, &mut self.parts.tape);
         }
     }
 }
@@ -383,33 +397,35 @@ impl Block {
     }
 
     /// Sends a tap what is known of the state without saving it.
-    fn show(&mut self, slot: TapSlot) {
+    fn show(&mut self, slot: TapSlot, tape: &mut Tape) {
         let Self { instance, last, first, ran, rest, .. } = self;
         let Some(tap) = rest.taps.0[slot as usize].as_mut().filter(|tap| !tap.ended) else { return };
-        tap.frame[1] = *last;
+        let end = HEADER + 1;
+        tap.frame[HEADER] = *last;
         match instance {
-            None => drop(tap.send(STATE, ABSENT, 2)),
-            Some(_) if *first && !*ran => tap.begin(COLD, 2),
-            Some(instance) if instance.class().retained.is_empty() => tap.begin(0, 2),
-            Some(_) => drop(tap.send(STATE, ABSENT | FAULTED, 2)),
+            None => drop(tap.send(STATE, ABSENT, end, tape)),
+            Some(_) if *first && !*ran => tap.begin(COLD, end, tape),
+            Some(instance) if instance.class().retained.is_empty() => tap.begin(0, end, tape),
+            Some(_) => drop(tap.send(STATE, ABSENT | FAULTED, end, tape)),
         }
     }
 
     /// Saves the state for a tap and sends it.
-    pub(super) fn save_for(&mut self, slot: TapSlot) -> Result<(), Fault> {
+    pub(super) fn save_for(&mut self, slot: TapSlot, tape: &mut Tape) -> Result<(), Fault> {
         if !self.saves_for(slot) {
-            self.show(slot);
+            self.show(slot, tape);
             return Ok(());
         }
         let (Some(instance), Some(tap)) = (&mut self.instance, &mut self.rest.taps.0[slot as usize]) else {
             return Ok(());
         };
-        tap.frame[1] = self.last;
-        let end = 2 + instance.class().retained.len();
-        match instance.save_into(&mut tap.frame[2..end]) {
-            Ok(_) => tap.begin(0, end),
+        tap.frame[HEADER] = self.last;
+        let begin = HEADER + 1;
+        let end = begin + instance.class().retained.len();
+        match instance.save_into(&mut tap.frame[begin..end]) {
+            Ok(_) => tap.begin(0, end, tape),
             Err(fault) => {
-                tap.send(STATE, ABSENT | FAULTED, 2);
+                tap.send(STATE, ABSENT | FAULTED, begin, tape);
                 return Err(fault);
             }
         }
@@ -432,9 +448,10 @@ mod tests {
     #[test]
     fn a_tap_that_has_ended_is_not_written_to_by_a_longer_version() {
         let (mut ended, _) = tap(&Class::default(), 2, None);
-        ended.end();
+        let tape = &mut Tape::default();
+        ended.end(tape);
         let mut taps = Taps([Some(ended), None]);
-        taps.settings(&[0; 100], Ok(true));
+        taps.settings(&[0; 100], Ok(true), tape);
         assert!(!taps.any());
     }
 
@@ -445,17 +462,20 @@ mod tests {
         class.settings = vec![setting("a"), setting("b")];
         let (mut tap, mut reader) = tap(&class, 2, None);
         let scan = |now| Scan { now, elapsed: 0, first: false };
-        let execute =
-            |tap: &mut Tap, now| tap.open(&[], &[]).into_iter().for_each(|slot| slot.close(scan(now), 0, Ok(&[])));
+        let none = &mut Tape::default();
+        let execute = |tap: &mut Tap, now| {
+            tap.open(&[], &[], None).into_iter().for_each(|slot| slot.close(scan(now), 0, Ok(&[])))
+        };
         // Two executions are all there is room for.
         (0..3).for_each(|now| execute(&mut tap, now));
-        tap.settings(&[1, 2], Ok(true));
-        tap.settings(&[3, 4], Ok(true));
-        tap.settings(&[5, 6], Ok(false));
+        tap.settings(&[1, 2], Ok(true), none);
+        tap.settings(&[3, 4], Ok(true), none);
+        tap.settings(&[5, 6], Ok(false), none);
         let mut told = Vec::new();
         while let Some((missed, frame)) = reader.next_frame() {
             told.push(format!("{missed} {frame:?}"));
         }
+        tap.send_settings(none);
         execute(&mut tap, 9);
         while let Some((missed, frame)) = reader.next_frame() {
             told.push(format!("{missed} {frame:?}"));

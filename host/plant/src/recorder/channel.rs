@@ -1,6 +1,8 @@
 //! One block: from the frames of its tap to segments.
 
-use crate::lane::{Frame, TapReader, TapState};
+use super::Wire;
+use crate::lane::{Frame, TapState};
+use latchwork_block::FaultKind;
 use latchwork_testbed::replay::{Event, Head, Segment, Start, Writer};
 
 /// One recorded block.
@@ -24,7 +26,11 @@ pub(super) struct Channel {
 
 /// What one version of it does.
 struct Stream {
-    reader: TapReader,
+    wire: Wire,
+    /// Nothing more will come than what is on the tape.
+    gone: bool,
+    /// What it was told while it waits: part of its story only if it comes back.
+    held: Vec<Held>,
     /// Where the next segment stands, until a state has come.
     head: Option<Head>,
     writer: Option<Writer>,
@@ -34,6 +40,13 @@ struct Stream {
     version: u64,
     /// Hash of its component.
     hash: String,
+}
+
+/// Settings that a version got while another one executed, and the frames missed before them.
+struct Held {
+    missed: u32,
+    cells: Vec<u64>,
+    taken: Result<bool, FaultKind>,
 }
 
 /// What a turn has brought.
@@ -71,12 +84,13 @@ impl Channel {
     }
 
     /// From now on; the first frame will say how its segment begins. What was before it may be missing: `gap`.
-    pub(super) fn listen(&mut self, reader: TapReader, head: Head, gap: bool) {
+    pub(super) fn listen(&mut self, wire: Wire, head: Head, gap: bool) {
         // A number that no segment has: a replay sees that they do not follow each other.
         self.number += u64::from(gap && self.number > 0);
         self.changed = true;
         let (version, hash) = (head.version, head.hash.clone());
-        self.streams.push(Stream { reader, head: Some(head), writer: None, waits: false, version, hash });
+        let (gone, held) = (false, Vec::new());
+        self.streams.push(Stream { wire, gone, held, head: Some(head), writer: None, waits: false, version, hash });
     }
 
     /// Hashes of the components that segments may still come of.
@@ -135,93 +149,110 @@ impl Channel {
         self.streams.iter().filter_map(cut).collect()
     }
 
-    /// Takes what the taps have brought; a segment of `full` bytes is cut.
-    pub(super) fn turn(&mut self, now: u64, full: usize) -> Turn {
-        let mut turn = Turn::default();
-        let mut at = 0;
-        while at < self.streams.len() {
-            let ended = !self.streams[at].waits && self.drain(at, now, full, &mut turn);
-            if !ended {
-                at += 1;
-                continue;
+    /// Before the tape is read: which taps have told all they had to.
+    pub(super) fn look(&mut self) {
+        self.streams.iter_mut().for_each(|s| s.gone = s.wire.there.strong_count() == 0);
+    }
+
+    /// Takes a frame of one of its taps; a segment of `full` bytes is cut.
+    pub(super) fn hear(&mut self, serial: u16, missed: u32, frame: Frame<'_>, now: u64, full: usize, turn: &mut Turn) {
+        let Some(at) = self.streams.iter().position(|s| s.wire.serial == serial) else { return };
+        match frame {
+            Frame::Settings { cells, taken } if self.streams[at].waits => {
+                self.streams[at].held.push(Held { missed, cells: cells.to_vec(), taken });
             }
-            self.streams.remove(at);
-            turn.ended = true;
-            // The version before it is back.
-            if let Some(before) = at.checked_sub(1)
-                && self.streams[before].waits
-            {
-                self.streams[before].waits = false;
-                at = before;
+            Frame::Ended => {
+                self.missed(at, missed, now, turn);
+                self.over(at, now, turn);
             }
+            frame => {
+                self.missed(at, missed, now, turn);
+                self.event(at, frame, turn);
+                let Self { streams, number, .. } = self;
+                let Stream { head, writer, .. } = &mut streams[at];
+                if writer.as_ref().is_some_and(|w| w.is_full(full)) {
+                    turn.segments.extend(begin(head, writer, Start::Continued, number));
+                }
+            }
+        }
+    }
+
+    /// After the tape was read: what is gone is over.
+    pub(super) fn settle(&mut self, now: u64, turn: &mut Turn) {
+        while let Some(at) = self.streams.iter().position(|s| s.gone && !s.waits) {
+            self.over(at, now, turn);
         }
         // What another version has taken the place of for good.
         let before = self.streams.len();
-        self.streams.retain(|s| !(s.waits && s.reader.is_abandoned()));
+        self.streams.retain(|s| !(s.gone && s.waits));
         turn.ended |= self.streams.len() < before;
-        turn
     }
 
-    /// Takes what one tap has brought; true when it has ended.
-    fn drain(&mut self, at: usize, now: u64, full: usize, turn: &mut Turn) -> bool {
-        let Self { streams, number, due, asked, changed, saves, .. } = self;
-        let Stream { reader, head, writer, waits, version, .. } = &mut streams[at];
-        let mut ended = false;
-        while !ended && let Some((missed, frame)) = reader.next_frame() {
-            if missed > 0 {
-                turn.missed += u64::from(missed);
-                add(writer, Event::Missed(missed.into()));
-                // A replay can go on from the next state.
-                (*due, *asked, *changed) = (now, None, true);
+    /// A version is over; the one before it is back, if it waits.
+    fn over(&mut self, at: usize, now: u64, turn: &mut Turn) {
+        let mut ended = self.streams.remove(at);
+        turn.segments.extend(ended.begin(Start::Continued, &mut self.number));
+        (self.asked, turn.ended) = (None, true);
+        if let Some(before) = at.checked_sub(1)
+            && std::mem::take(&mut self.streams[before].waits)
+        {
+            for Held { missed, cells, taken } in std::mem::take(&mut self.streams[before].held) {
+                self.missed(before, missed, now, turn);
+                self.event(before, Frame::Settings { cells: &cells, taken }, turn);
             }
-            match frame {
-                Frame::State { state: TapState::Cold, .. } => {
-                    (*asked, *changed) = (None, false);
-                    turn.segments.extend(begin(head, writer, Start::Cold, number));
-                }
-                Frame::State { state: TapState::Retained(cells), .. } => {
-                    (*asked, *changed) = (None, false);
-                    turn.segments.extend(begin(head, writer, Start::State(cells.to_vec()), number));
-                }
-                Frame::State { state: TapState::Absent, .. } => *asked = None,
-                Frame::State { state: TapState::Unsaved, .. } => {
-                    *asked = None;
-                    // It has failed at it, or would have: it is not asked again.
-                    saves.iter_mut().filter(|(v, _)| v == version).for_each(|(_, saves)| *saves = Some(false));
-                }
-                Frame::Execution { scan, arguments, outputs, .. } => {
-                    turn.faulted |= outputs.is_err();
-                    *changed = true;
-                    add(writer, Event::Execution { scan, arguments, outputs });
-                }
-                Frame::Settings { cells, taken } => {
-                    turn.faulted |= taken.is_err();
-                    *changed = true;
-                    match head {
-                        // Its first segment begins with them.
-                        Some(head) if writer.is_none() && taken == Ok(true) => head.settings = cells.to_vec(),
-                        _ => add(writer, Event::Settings { cells, taken }),
-                    }
-                }
-                Frame::Restarted if writer.is_none() => drop(begin(head, writer, Start::Cold, number)),
-                Frame::Restarted => add(writer, Event::Restarted),
-                Frame::Waits => {
-                    (*asked, *waits) = (None, true);
-                    turn.segments.extend(begin(head, writer, Start::Continued, number));
-                    return false;
-                }
-                Frame::Ended => ended = true,
+        }
+    }
+
+    fn missed(&mut self, at: usize, missed: u32, now: u64, turn: &mut Turn) {
+        if missed > 0 {
+            turn.missed += u64::from(missed);
+            add(&mut self.streams[at].writer, Event::Missed(missed.into()));
+            // A replay can go on from the next state.
+            (self.due, self.asked, self.changed) = (now, None, true);
+        }
+    }
+
+    fn event(&mut self, at: usize, frame: Frame<'_>, turn: &mut Turn) {
+        let Self { streams, number, asked, changed, saves, .. } = self;
+        let Stream { head, writer, waits, version, .. } = &mut streams[at];
+        match frame {
+            Frame::State { state: TapState::Cold, .. } => {
+                (*asked, *changed) = (None, false);
+                turn.segments.extend(begin(head, writer, Start::Cold, number));
             }
-            if writer.as_ref().is_some_and(|w| w.is_full(full)) {
+            Frame::State { state: TapState::Retained(cells), .. } => {
+                (*asked, *changed) = (None, false);
+                turn.segments.extend(begin(head, writer, Start::State(cells.to_vec()), number));
+            }
+            Frame::State { state: TapState::Absent, .. } => *asked = None,
+            Frame::State { state: TapState::Unsaved, .. } => {
+                *asked = None;
+                // It has failed at it, or would have: it is not asked again.
+                saves.iter_mut().filter(|(v, _)| v == version).for_each(|(_, saves)| *saves = Some(false));
+            }
+            Frame::Execution { scan, arguments, outputs, .. } => {
+                turn.faulted |= outputs.is_err();
+                *changed = true;
+                add(writer, Event::Execution { scan, arguments, outputs });
+            }
+            Frame::Settings { cells, taken } => {
+                turn.faulted |= taken.is_err();
+                *changed = true;
+                match head {
+                    // Its first segment begins with them.
+                    Some(head) if writer.is_none() && taken == Ok(true) => head.settings = cells.to_vec(),
+                    _ => add(writer, Event::Settings { cells, taken }),
+                }
+            }
+            Frame::Restarted if writer.is_none() => drop(begin(head, writer, Start::Cold, number)),
+            Frame::Restarted => add(writer, Event::Restarted),
+            Frame::Waits => {
+                (*asked, *waits) = (None, true);
                 turn.segments.extend(begin(head, writer, Start::Continued, number));
             }
+            // Whoever hears of it ends the stream.
+            Frame::Ended => {}
         }
-        ended |= reader.is_over();
-        if ended {
-            turn.segments.extend(begin(head, writer, Start::Continued, number));
-            *asked = None;
-        }
-        ended
     }
 }
 

@@ -1,7 +1,7 @@
 //! The flight recorder: what chosen blocks got and gave, in a bounded ring, and on disk under `--data`.
 //!
 //! ```text
-//! lane ─tap─► Channel (one per block: events, coded off the lane) ─Segment─► Ring (memory) ─► a file on demand
+//! lane ─tape─► Channel (one per block: events, coded off the lane) ─Segment─► Ring (memory) ─► a file on demand
 //!                                                                 └───────► Spill (own thread) ─► DATA/recorder/*
 //! ```
 //!
@@ -15,7 +15,7 @@ mod spill;
 mod writer;
 
 use crate::assemble::{Plant, Time};
-use crate::lane::{Request, Tap, TapReader, TapSlot, room, tap};
+use crate::lane::{Request, Tap, TapReader, TapSlot, on_tape, room, tap_words, tape};
 use crate::operate::Refused;
 use crate::supervisor::Recipe;
 use channel::{Channel, Turn};
@@ -27,7 +27,10 @@ use ring::Ring;
 use spill::{Order, Spill, Told};
 use std::collections::BTreeSet;
 use std::path::Path;
+use std::sync::Weak;
 
+/// Words that the tape of a lane has room for at least: some states of any length, and versions that need more than those before.
+const WORDS: usize = 1 << 16;
 /// Bytes of a segment after which it is cut, at most.
 const SEGMENT: u64 = 32 << 10;
 /// A state that was asked for and has not come is asked for again after so long, ns of plant time.
@@ -39,6 +42,10 @@ const CALM: u64 = 10_000_000_000;
 #[derive(Default)]
 pub(crate) struct Recorder {
     channels: Vec<Channel>,
+    /// What the lanes tell, of those with a block that is recorded.
+    tapes: Vec<TapReader>,
+    /// Taps so far.
+    taps: u16,
     ring: Ring,
     spill: Option<Spill>,
     rehearsals: Rehearsals,
@@ -83,6 +90,15 @@ impl Plant {
             let first = config.keyframe / blocks * (n as u64 + 1);
             recorder.channels.push(Channel::new(*block, lane, place, first));
         }
+        for lane in 0..self.lanes.len() {
+            let of_lane = self.recorder.channels.iter().filter(|c| c.lane() == lane);
+            let words: usize = of_lane.map(|c| tap_words(self.supervisor.recipes[c.block()].template.class())).sum();
+            if words > 0 {
+                let (tape, reader) = tape((words * room(self.model.lanes[lane].every)).max(WORDS));
+                self.lanes[lane].record_on(tape);
+                self.recorder.tapes.push(reader);
+            }
+        }
         self.listen(true);
     }
 
@@ -101,7 +117,7 @@ impl Plant {
             if !at_start && saves.is_none() {
                 continue;
             }
-            let (mut lane_end, reader) = recorder_tap(&recipe, self.model.lanes[lane].every);
+            let (mut lane_end, wire) = self.recorder.tap(index, &recipe);
             if saves == Some(false) {
                 lane_end.without_states();
             }
@@ -115,7 +131,7 @@ impl Plant {
                 }
             }
             let head = self.head(block, &recipe, &component);
-            self.recorder.channels[index].listen(reader, head, true);
+            self.recorder.channels[index].listen(wire, head, true);
             self.recorder.add_component(component.bytes());
         }
         self.rehearse();
@@ -125,10 +141,9 @@ impl Plant {
     /// block that is not.
     pub(crate) fn record_version(&mut self, block: usize, recipe: &Recipe, component: &Component) -> Option<Box<Tap>> {
         let index = self.recorder.channels.iter().position(|c| c.block() == block)?;
-        let lane = self.recorder.channels[index].lane();
-        let (lane_end, reader) = recorder_tap(recipe, self.model.lanes[lane].every);
+        let (lane_end, wire) = self.recorder.tap(index, recipe);
         let head = self.head(block, recipe, component);
-        self.recorder.channels[index].listen(reader, head, false);
+        self.recorder.channels[index].listen(wire, head, false);
         self.recorder.want_rehearsal(index, recipe);
         self.recorder.add_component(component.bytes());
         Some(lane_end)
@@ -165,15 +180,20 @@ impl Plant {
         if self.recorder.channels.is_empty() {
             return;
         }
+        let Recorder { channels, tapes, cut, .. } = &mut self.recorder;
+        // Whoever is gone now has told all it had to.
+        channels.iter_mut().for_each(Channel::look);
         let mut all = Turn::default();
-        for index in 0..self.recorder.channels.len() {
-            let cut = self.recorder.cut;
-            let turn = self.recorder.channels[index].turn(now, cut);
-            self.recorder.take(turn.segments);
-            all.missed += turn.missed;
-            all.faulted |= turn.faulted;
-            all.ended |= turn.ended;
+        for tape in tapes {
+            while let Some((number, missed, frame)) = tape.next_of_all() {
+                let wire = Number::from(number);
+                if let Some(channel) = channels.get_mut(usize::from(wire.channel)) {
+                    channel.hear(wire.serial, missed, frame, now, *cut, &mut all);
+                }
+            }
         }
+        channels.iter_mut().for_each(|channel| channel.settle(now, &mut all));
+        self.recorder.take(std::mem::take(&mut all.segments));
         if all.ended {
             self.recorder.let_components_go();
         }
@@ -256,15 +276,45 @@ impl Plant {
     }
 }
 
-/// A tap for this version of a block.
-fn recorder_tap(recipe: &Recipe, every: u64) -> (Box<Tap>, TapReader) {
-    let (mut lane_end, reader) = tap(recipe.template.class(), room(every), None);
-    // The lane may have another version already, which the recipe has in the next turn.
-    lane_end.only(recipe.version);
-    (lane_end, reader)
+/// A tap as its channel sees it.
+struct Wire {
+    /// Number among the taps of the channel that are in use.
+    serial: u16,
+    /// Dead when nothing more will come.
+    there: Weak<()>,
+}
+
+/// Number of a tap on its tape.
+struct Number {
+    channel: u16,
+    serial: u16,
+}
+
+impl From<u32> for Number {
+    fn from(number: u32) -> Self {
+        Self { channel: number as u16, serial: (number >> 16) as u16 }
+    }
+}
+
+impl From<Number> for u32 {
+    fn from(number: Number) -> Self {
+        Self::from(number.channel) | Self::from(number.serial) << 16
+    }
 }
 
 impl Recorder {
+    /// A tap for this version of the block of a channel.
+    fn tap(&mut self, channel: usize, recipe: &Recipe) -> (Box<Tap>, Wire) {
+        self.taps = self.taps.wrapping_add(1);
+        // A plant has fewer blocks than that.
+        let number = Number { channel: channel as u16, serial: self.taps };
+        let serial = number.serial;
+        let (mut lane_end, there) = on_tape(recipe.template.class(), number.into());
+        // The lane may have another version already, which the recipe has in the next turn.
+        lane_end.only(recipe.version);
+        (lane_end, Wire { serial, there })
+    }
+
     fn add_component(&mut self, bytes: &[u8]) {
         let hash = hash_of(bytes);
         self.ring.add_component(&hash, || component_chunk(bytes));

@@ -1,16 +1,17 @@
 //! The other end of a tap: words become frames again.
 
 use super::{
-    ABSENT, COLD, EXECUTION, FAULTED, FIRST, HEAD, KIND, LENGTH, MISSED, REFUSED, RESTARTED, SETTINGS, STATE, WAITS,
+    ABSENT, COLD, EXECUTION, FAULTED, FIRST, HEAD, HEADER, KIND, LENGTH, MISSED, REFUSED, RESTARTED, SETTINGS, SKIP,
+    STATE, WAITS,
 };
 use latchwork_block::{FaultKind, Scan};
 
-/// The listener's end of a tap.
+/// The listener's end of a tap, or of a tape.
 pub struct TapReader {
     from: rtrb::Consumer<u64>,
-    slot: usize,
+    /// Frames are multiples of so many words.
+    unit: usize,
     buffer: Vec<u64>,
-    arguments: usize,
 }
 
 /// What a tap has to tell.
@@ -63,19 +64,30 @@ pub enum State<'a> {
 }
 
 impl TapReader {
-    /// Of slots of so many words, frames of at most so many in whole slots, and executions with so many argument cells.
-    pub(super) fn new(from: rtrb::Consumer<u64>, slot: usize, longest: usize, arguments: usize) -> Self {
-        Self { from, slot, buffer: vec![0; longest], arguments }
+    pub(super) fn new(from: rtrb::Consumer<u64>, unit: usize) -> Self {
+        Self { from, unit, buffer: Vec::new() }
     }
 
     /// The next frame and the number of frames missed before it; `None` when there is none yet.
     pub fn next_frame(&mut self) -> Option<(u32, Frame<'_>)> {
-        let header = *self.from.peek().ok()?;
-        let words = (header >> LENGTH & 0xffff) as usize;
-        // Frames are written whole: what the header announces is there.
-        let whole = (words + 1).next_multiple_of(self.slot);
-        self.from.pop_entire_slice(self.buffer.get_mut(..whole)?).ok()?;
-        let words = &self.buffer[1..=words];
+        self.next_of_all().map(|(_, missed, frame)| (missed, frame))
+    }
+
+    /// The same of a tape, and before it the number of the tap.
+    pub fn next_of_all(&mut self) -> Option<(u32, u32, Frame<'_>)> {
+        let header = loop {
+            let header = *self.from.peek().ok()?;
+            let words = (header >> LENGTH & 0xffff) as usize + 1;
+            self.buffer.resize(words.next_multiple_of(self.unit), 0);
+            // Frames are written whole: what the header announces is there.
+            self.from.pop_entire_slice(&mut self.buffer).ok()?;
+            self.buffer.truncate(words);
+            if header & 0xff != SKIP {
+                break header;
+            }
+        };
+        let who = *self.buffer.get(1)?;
+        let words = self.buffer.get(HEADER..)?;
         let flag = |flag| header & flag != 0;
         let fault = flag(FAULTED).then(|| FaultKind::from_code((header >> KIND & 7) as u8).unwrap_or(FaultKind::Trap));
         let frame = match header & 0xff {
@@ -89,7 +101,7 @@ impl TapReader {
                 },
             },
             EXECUTION => {
-                let (arguments, outputs) = words[HEAD - 1..].split_at(self.arguments);
+                let (arguments, outputs) = words[HEAD - HEADER..].split_at_checked((who >> 32) as usize)?;
                 Frame::Execution {
                     scan: Scan { now: words[0], elapsed: words[1], first: flag(FIRST) },
                     took: words[2],
@@ -102,7 +114,7 @@ impl TapReader {
             WAITS => Frame::Waits,
             _ => Frame::Ended,
         };
-        Some(((header >> MISSED) as u32, frame))
+        Some((who as u32, (header >> MISSED) as u32, frame))
     }
 
     /// Nothing more will come than what is there.
