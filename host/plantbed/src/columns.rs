@@ -1,6 +1,6 @@
 //! The columns of a table: what each cell of a row does to its step.
 
-use crate::model::Step;
+use crate::model::{Input, Step};
 use crate::operations::input;
 use crate::steps::Steps;
 use crate::tags::{Tags, unknown};
@@ -18,9 +18,10 @@ pub(crate) enum Column {
     Commands,
     Alarms,
     Input(usize),
+    InputQuality(usize),
     Setting(usize),
     Output(usize),
-    Quality(usize),
+    OutputQuality(usize),
 }
 
 impl Rows for Steps {
@@ -71,18 +72,22 @@ fn column(checker: &mut Checker, tags: &Tags, name: &str, span: &Span) -> Option
         _ => {}
     }
     let find = |path: &str| tags.all.iter().position(|p| p.path == path);
+    // A tag may itself be called so.
+    let quality_column = |path: &str| path.strip_suffix(".quality").and_then(find).filter(|_| find(path).is_none());
     match name.split_once('.') {
         Some(("inputs", path)) => {
-            let port = tags.group().port(checker, path, span)?;
-            tags.driven(checker, path, span).then_some(Column::Input(port))
+            let quality = quality_column(path);
+            let port = quality.or_else(|| tags.group().port(checker, path, span))?;
+            let column = if quality.is_some() { Column::InputQuality } else { Column::Input };
+            tags.driven(checker, &tags.all[port].path, span).then_some(column(port))
         }
         Some(("settings", path)) => {
             let port = tags.group().port(checker, path, span)?;
             tags.set(checker, path, span).then_some(Column::Setting(port))
         }
-        Some(("outputs", path)) => match path.strip_suffix(".quality").and_then(find) {
-            Some(port) if find(path).is_none() => Some(Column::Quality(port)),
-            _ => tags.group().port(checker, path, span).map(Column::Output),
+        Some(("outputs", path)) => match quality_column(path) {
+            Some(port) => Some(Column::OutputQuality(port)),
+            None => tags.group().port(checker, path, span).map(Column::Output),
         },
         _ => {
             const KNOWN: [&str; 7] = ["at", "name", "inputs.", "settings.", "commands", "outputs.", "alarms"];
@@ -90,7 +95,7 @@ fn column(checker: &mut Checker, tags: &Tags, name: &str, span: &Span) -> Option
             checker.add(match nearest(name, KNOWN) {
                 Some(near) => finding.help(format!("did you mean `{near}`?")),
                 None => finding.help(
-                    "columns are at, name, inputs.POINT, settings.TAG, commands, outputs.TAG, outputs.TAG.quality, alarms",
+                    "columns are at, name, inputs.POINT, inputs.POINT.quality, settings.TAG, commands, outputs.TAG, outputs.TAG.quality, alarms",
                 ),
             });
             None
@@ -113,7 +118,11 @@ impl Reader<'_> {
     fn toml(&mut self, checker: &mut Checker, column: Column, value: &DeValue<'_>, span: &Span) {
         let said = |port| Said { port, value, span: span.clone() };
         match column {
-            Column::Input(port) => self.step.changes.inputs.extend(input(checker, self.tags, &said(port))),
+            Column::Input(port) => {
+                if let Some(Input { cell, quality, .. }) = input(checker, self.tags, &said(port)) {
+                    self.input(port, cell, Some(quality).filter(|q| *q != Quality::Good));
+                }
+            }
             Column::Setting(port) => {
                 if let Some(cell) = self.tags.group().constant(checker, &said(port)) {
                     self.setting(port, cell);
@@ -146,6 +155,8 @@ impl Reader<'_> {
             };
             tags.all[port].ty.parse(text).map_err(refused)
         };
+        let quality =
+            || quality_of(text).ok_or_else(|| format!("\"{text}\" is no quality; expected good, uncertain or bad"));
         match column {
             Column::At => self.at = Some(parse_duration(text).map_err(|e| e.to_string())?),
             Column::Name => self.step.label = format!("{}, {text}", self.step.label),
@@ -159,14 +170,11 @@ impl Reader<'_> {
                 names.sort_unstable();
                 self.step.expect.alarms = Some(names);
             }
-            Column::Input(port) => self.step.changes.inputs.push((tags.all[port].path.clone(), parse(port)?)),
+            Column::Input(port) => self.input(port, Some(parse(port)?), None),
+            Column::InputQuality(port) => self.input(port, None, Some(quality()?)),
             Column::Setting(port) => self.setting(port, parse(port)?),
             Column::Output(port) => self.output(port).value = Some(parse(port)?),
-            Column::Quality(port) => {
-                let quality: Option<Quality> = quality_of(text);
-                let expected = || format!("\"{text}\" is no quality; expected good, uncertain or bad");
-                self.output(port).quality = Some(quality.ok_or_else(expected)?);
-            }
+            Column::OutputQuality(port) => self.output(port).quality = Some(quality()?),
         }
         Ok(())
     }
@@ -174,6 +182,17 @@ impl Reader<'_> {
     fn setting(&mut self, port: usize, cell: u64) {
         let port = &self.tags.all[port];
         self.settings.push((port.path.clone(), port.ty.format(cell)));
+    }
+
+    /// Value and quality of one point may come from two columns, in whatever order.
+    fn input(&mut self, port: usize, cell: Option<u64>, quality: Option<Quality>) {
+        let (tag, list) = (&self.tags.all[port].path, &mut self.step.changes.inputs);
+        let at = list.iter().position(|i| i.tag == *tag).unwrap_or_else(|| {
+            list.push(Input { tag: tag.clone(), cell: None, quality: Quality::Good });
+            list.len() - 1
+        });
+        list[at].cell = cell.or(list[at].cell);
+        list[at].quality = quality.unwrap_or(list[at].quality);
     }
 
     /// Value and quality of one tag may come from two columns.

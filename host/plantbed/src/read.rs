@@ -1,7 +1,7 @@
 //! From the text of a test file to the cases of a plant, with everything that is wrong with it.
 
 use crate::keys;
-use crate::model::{Case, PlantTest};
+use crate::model::{Case, Input, PlantTest};
 use crate::operations::{inputs, settings};
 use crate::steps::Steps;
 use crate::subject::{Subject, load};
@@ -96,7 +96,7 @@ fn text_of(value: &Value) -> Option<String> {
 #[derive(Clone, Default)]
 struct Start {
     tolerance: f64,
-    inputs: Vec<(String, u64)>,
+    inputs: Vec<Input>,
     settings: Vec<(String, u64)>,
 }
 
@@ -139,8 +139,8 @@ fn case(
     if steps.list.is_empty() && checker.findings.len() == before {
         checker.add(Finding::error(span, "the case tests nothing").help("add a [[case.step]] or a [[case.table]]"));
     }
-    for (tag, _) in &start.inputs {
-        steps.watch(tag);
+    for input in &start.inputs {
+        steps.watch(&input.tag);
     }
     let (name, line) = (values.text("name")?.to_owned(), common.place.line(span));
     let (inputs, settings) = (start.inputs, start.settings);

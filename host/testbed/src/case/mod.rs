@@ -46,7 +46,7 @@ pub mod kit {
     pub use super::compare::compare;
     pub use super::history::{Column, History, Kind};
     pub use super::locate::Finder;
-    pub use super::model::Expected;
+    pub use super::model::{Expected, SetCell};
     pub use super::table::{Cell, Place, Row, Rows, rows};
     pub use super::tables::{get, group, table, tables};
     pub use super::values::{Group, Said, listed, quality_of, tolerance};
