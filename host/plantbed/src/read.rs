@@ -56,7 +56,7 @@ pub(crate) fn read<'a>(
     if let Some(name) = values.text("plant") {
         let plant = common.place.base.join(name);
         let sim = values.bool("sim").unwrap_or(true);
-        common.subject = load(checker, &plant, sim, engine, &values.span_of("plant"), &mut files);
+        common.subject = load(checker, &plant, sim, engine, &options.folders, &values.span_of("plant"), &mut files);
     }
     if let Some(subject) = &common.subject {
         let cyclic = subject.model.lanes.iter().find(|l| l.interrupt.is_none());
