@@ -7,9 +7,9 @@ use crate::steps::Steps;
 use crate::subject::{Subject, load};
 use crate::tags::Tags;
 use latchwork_block::Engine;
-use latchwork_schema::{Checker, Finding, Span, Value, Values};
+use latchwork_schema::{Checker, Finding, Span, Values};
 use latchwork_testbed::case::Options;
-use latchwork_testbed::case::kit::{Finder, Place, get, rows, table, tables, tolerance};
+use latchwork_testbed::case::kit::{Finder, Place, cases, folders, get, rows, table, tables, tolerance};
 use std::path::{Path, PathBuf};
 use toml::de::DeTable;
 
@@ -41,14 +41,10 @@ pub(crate) fn read<'a>(
         let finding = Finding::error(&entry.key_span, "a test file has either a `component` or a `plant`");
         checker.add(finding.help("what else the component should do belongs into a file of its own"));
     }
-    let folders = match values.get("components") {
-        Some(Value::List(list)) => Some(list.iter().filter_map(|(v, _)| text_of(v)).collect()),
-        _ => None,
-    };
     let mut files = Vec::new();
     let mut common = Common {
         place: Place::new(path, text),
-        finder: Finder::new(engine, path, folders, &options.folders),
+        finder: Finder::new(engine, path, folders(&values), &options.folders),
         subject: None,
         every: 0,
         scans: 0,
@@ -65,31 +61,13 @@ pub(crate) fn read<'a>(
     }
     let tags = common.subject.as_ref().map(|s| &s.tags);
     let shared = Start::read(checker, tags, root, &values, &Start::default());
-    let mut cases: Vec<Case> = Vec::new();
-    match get(root, "case") {
-        Some(entry) => {
-            for (item, span) in tables(checker, &entry, "[[case]]") {
-                let Some(case) = case(checker, &mut common, &shared, item, &span) else { continue };
-                if cases.iter().any(|o| o.name == case.name) {
-                    let finding = Finding::error(&span, format!("there is another case \"{}\"", case.name));
-                    checker.add(finding.help("a case is known by its name: give it one of its own"));
-                }
-                cases.push(case);
-            }
-        }
-        None => checker.add(
-            Finding::error(&start, "the file has no [[case]]")
-                .help("add one: [[case]], name = \"…\", and [[case.step]]"),
-        ),
-    }
+    let read =
+        |checker: &mut Checker, item: &'a DeTable<'a>, span: &Span| case(checker, &mut common, &shared, item, span);
+    let cases = cases(checker, root, &start, |case: &Case| &case.name, read);
     files.extend(common.finder.tried);
     files.extend(common.place.files);
     let file = common.subject.map(|s| PlantTest { path: path.into(), model: s.model, cases, engine: engine.clone() });
     (file, files)
-}
-
-fn text_of(value: &Value) -> Option<String> {
-    if let Value::Text(text) = value { Some(text.clone()) } else { None }
 }
 
 /// What a case begins with; each level adds to the one above.

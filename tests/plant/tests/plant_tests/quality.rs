@@ -166,3 +166,11 @@ fn a_failure_shows_the_quality_of_the_points() {
     );
     insta::assert_snapshot!("quality", told);
 }
+
+#[test]
+fn what_the_page_shows_of_a_transmitter_that_fails_passes() {
+    let page = include_str!("../../../../docs/testing-a-plant.md");
+    let (_, rest) = page.split_once("### A transmitter that fails\n\n```toml\n").expect("the section");
+    let (text, _) = rest.split_once("```").expect("the end of the block");
+    Folder::new(PLANT).passes(text);
+}
