@@ -125,6 +125,122 @@ fn json_and_junit_tell_the_same() {
     insta::assert_snapshot!("test_junit", without_times(&xml));
 }
 
+#[test]
+fn a_component_that_does_not_fit_the_test() {
+    let cases = "[[case]]\nname = \"c\"\n[[case.step]]\n";
+    let of = |head: &str, step: &str| format!("{head}\n{cases}{step}\n");
+    let folder = folder(&[
+        ("no-such.test.toml", &of("component = \"tonn\"", "")),
+        ("no-file.test.toml", &of("component = \"ton.wasm\"", "")),
+        ("no-component.test.toml", &of("component = \"notes.wasm\"", "")),
+        ("notes.wasm", "The block is yet to be built.\n"),
+        ("core.test.toml", &of("component = \"core.wasm\"", "")),
+        ("core.wasm", "\0asm\x01\0\0\0"),
+        ("other-class.test.toml", &of("component = \"ton\"\nclass = \"latchwork:device/alarm-unit\"", "")),
+        ("several-classes.test.toml", &of("component = \"two-classes\"", "")),
+        ("no-block.test.toml", &of("component = \"csv-days\"", "")),
+        (
+            "other-ports.test.toml",
+            &of(
+                "component = \"ton\"\nsettings = { pulse = \"1s\" }",
+                "inputs = { level = 5 }\ncommands = [\"reset\"]\nexpect = { outputs = { lamp = true }, alarms = [\"door\"], state = { starts = 1 } }",
+            ),
+        ),
+        (
+            "other-columns.test.toml",
+            &of(
+                "component = \"ton\"",
+                "[[case.table]]\ncolumns = [\"inputs.level\", \"inputs.in.quality\", \"outputs.lamp\"]\nrows = []",
+            ),
+        ),
+        ("other-version.test.toml", &of("component = \"ton\"", "swap = \"ctu\"")),
+    ]);
+    let mut seen = String::new();
+    let parts = target().join("test-components").display().to_string();
+    for name in [
+        "no-such",
+        "no-file",
+        "no-component",
+        "core",
+        "other-class",
+        "several-classes",
+        "no-block",
+        "other-ports",
+        "other-columns",
+        "other-version",
+    ] {
+        let file = format!("{name}.test.toml");
+        seen += &format!("{}\n", shown(folder.path(), &["test", &file, "--components", &parts]));
+    }
+    insta::assert_snapshot!("test_components_that_do_not_fit", seen);
+}
+
+#[test]
+fn the_blocks_of_a_plant_are_looked_for_in_the_folders_of_the_command_line_first() {
+    let plant = "[plant]\nname = \"hall\"\n[lane.main]\nevery = \"10ms\"\n\
+                 [driver.field]\nkind = \"sim\"\n[driver.field.points]\nin = { type = \"bool\" }\n\
+                 [block.late]\ncomponent = \"NAME\"\nlane = \"main\"\ninputs.in = \"field.in\"\ninputs.pt = \"30ms\"\n";
+    let test = "plant = \"FILE\"\n[[case]]\nname = \"the output follows after the time\"\ninputs = { field.in = true }\nstep = [\n\
+                { at = \"20ms\", expect = { outputs = { late.outputs.q = false } } },\n\
+                { at = \"30ms\", expect = { outputs = { late.outputs.q = true } } },\n]\n";
+    // A pulse where an on-delay is meant stands in the plant's own folder.
+    let own = plant.replace("name = \"hall\"", "name = \"hall\"\ncomponents = [\"own\"]").replace("NAME", "timer");
+    let folder = folder(&[
+        ("hall.toml", &plant.replace("NAME", "ton")),
+        ("hall.test.toml", &test.replace("FILE", "hall.toml")),
+        ("own.toml", &own),
+        ("own.test.toml", &test.replace("FILE", "own.toml")),
+        ("own/readme.md", ""),
+        ("new/readme.md", ""),
+    ]);
+    for (from, to) in [("tp.wasm", "own/timer.wasm"), ("ton.wasm", "new/timer.wasm")] {
+        std::fs::copy(target().join("components").join(from), folder.path().join(to)).expect("a component");
+    }
+    let passed = |args: &[&str]| latchwork(folder.path(), args).output().expect("it starts").status.success();
+    assert!(passed(&["test", "hall.test.toml"]), "{}", shown(folder.path(), &["test", "hall.test.toml"]));
+    assert!(!passed(&["test", "own.test.toml"]), "the pulse in the plant's own folder passes");
+    let args = ["test", "own.test.toml", "--components", "new"];
+    assert!(passed(&args), "{}", shown(folder.path(), &args));
+}
+
+#[test]
+fn control_characters_reach_neither_the_terminal_nor_the_report() {
+    let text = r#"component = "ton"
+[[case]]
+name = "\u001b[2Jred\u009b31m"
+step = [
+    { name = "beep\u0007", expect = { outputs = { q = true } } },
+    { at = "20ms", settings = {}, expect = { outputs = { q = false } } },
+]
+[[case]]
+name = "fine\r"
+table = "rows.csv"
+"#;
+    let wrong = "component = \"ton\"\n[[case]]\nname = \"\\u001b[2J\"\nstep = [{}]\n[[case]]\nname = \"\\u001b[2J\"\nstep = [{}]\n";
+    let rows = "name,inputs.in,outputs.q\na\u{1b}[1m,TRUE,FALSE\n";
+    let folder = folder(&[("c.test.toml", text), ("wrong.test.toml", wrong), ("rows.csv", rows)]);
+    let seen = shown(folder.path(), &["test", "c.test.toml", "wrong.test.toml", "--junit", "report.xml"]);
+    assert!(!seen.contains(|c: char| c.is_control() && c != '\n'), "{seen:?}");
+    let xml = std::fs::read_to_string(folder.path().join("report.xml")).expect("the report");
+    assert!(!xml.contains(|c: char| c.is_control() && c != '\n'), "{xml:?}");
+    let mut reader = quick_xml::Reader::from_str(&xml);
+    let mut names = Vec::new();
+    loop {
+        match reader.read_event().expect("valid XML") {
+            quick_xml::events::Event::Eof => break,
+            quick_xml::events::Event::Start(e) | quick_xml::events::Event::Empty(e)
+                if e.name().as_ref() == b"testcase" =>
+            {
+                let name = e.try_get_attribute("name").expect("attributes").expect("a name");
+                names.push(String::from_utf8_lossy(&name.value).into_owned());
+            }
+            _ => {}
+        }
+    }
+    assert_eq!(names, ["\\u{1b}[2Jred\\u{9b}31m", "fine\\r", "the test file"]);
+    insta::assert_snapshot!("test_control_characters", seen);
+}
+
 /// A child that is ended with the test.
 struct Watching(Child);
 

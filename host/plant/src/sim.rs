@@ -26,6 +26,15 @@ pub enum Action {
         /// Value.
         cell: u64,
     },
+    /// Sets an input point as a device that works more or less well would: what `run --stimulus` has no words for.
+    Signal {
+        /// Place among the sim points.
+        place: PointPlace,
+        /// Value; `None`: as it is.
+        cell: Option<u64>,
+        /// Quality.
+        quality: Quality,
+    },
     /// Sends a command to a block: `true` is one shot, `false` takes it back.
     Command {
         /// Block of the model.
@@ -142,6 +151,19 @@ impl SimPoints {
         }
     }
 
+    /// Sets the quality of a point, and its value if one is given, at plant time `now`; visible as after [`Self::set`].
+    pub fn signal(&mut self, place: PointPlace, cell: Option<u64>, quality: Quality, now: u64) {
+        match place {
+            PointPlace::Region { driver, slot } => {
+                let driver = &mut self.drivers[driver];
+                driver.cells[slot] = cell.unwrap_or(driver.cells[slot]);
+                driver.cells[slot + 1] = quality.cell();
+                driver.changed = true;
+            }
+            PointPlace::Edge { lane, at } => self.lanes[lane].signal(at, cell.map(|c| c & 1 == 1), quality, now),
+        }
+    }
+
     /// Publishes what changed, at plant time `now`.
     pub fn publish(&mut self, now: u64) {
         for driver in &mut self.drivers {
@@ -155,6 +177,15 @@ impl SimPoints {
 impl SimLane {
     fn set(&mut self, at: usize, level: bool, now: u64) {
         if self.edges[at].set(level, now, &mut self.to) {
+            self.to.wake();
+        }
+    }
+
+    /// As a line that fails or comes back: the lane executes for that, too, and once if there is an edge with it.
+    fn signal(&mut self, at: usize, level: Option<bool>, quality: Quality, now: u64) {
+        let changed = self.edges[at].qualify(quality);
+        let edge = level.is_some_and(|level| self.edges[at].set(level, now, &mut self.to));
+        if edge || (changed && self.to.tick(now)) {
             self.to.wake();
         }
     }

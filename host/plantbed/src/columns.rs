@@ -1,14 +1,18 @@
 //! The columns of a table: what each cell of a row does to its step.
 
-use crate::model::Step;
+use crate::model::{Input, Step};
 use crate::operations::input;
 use crate::steps::Steps;
 use crate::tags::{Tags, unknown};
-use latchwork_image::{Quality, nearest, parse_duration};
+use latchwork_image::{Quality, parse_duration};
 use latchwork_plant::operate::Operation;
-use latchwork_schema::{Checker, Finding, Span};
-use latchwork_testbed::case::kit::{Cell, Expected, Row, Rows, Said, quality_of};
+use latchwork_schema::{Checker, Span};
+use latchwork_testbed::case::kit::{self, Cells, Expected, Part, Row, Rows, Said, no_column, quality};
 use toml::de::DeValue;
+
+/// All columns, for whoever writes another.
+const COLUMNS: &str =
+    "at, name, inputs.POINT, inputs.POINT.quality, settings.TAG, commands, outputs.TAG, outputs.TAG.quality, alarms";
 
 /// What a column is about; tags by their index.
 #[derive(Clone, Copy, Debug)]
@@ -18,9 +22,10 @@ pub(crate) enum Column {
     Commands,
     Alarms,
     Input(usize),
+    InputQuality(usize),
     Setting(usize),
     Output(usize),
-    Quality(usize),
+    OutputQuality(usize),
 }
 
 impl Rows for Steps {
@@ -41,16 +46,7 @@ impl Rows for Steps {
             settings: Vec::new(),
             outputs: Vec::new(),
         };
-        for (column, cell) in row.said(columns) {
-            match cell {
-                Cell::Csv(text) => {
-                    if let Err(message) = reader.text(column, text) {
-                        checker.add(Finding::error(&row.span, format!("{}: {message}", row.label)));
-                    }
-                }
-                Cell::Toml(value, span) => reader.toml(checker, column, value, span),
-            }
-        }
+        reader.fill(checker, columns, &row);
         let Reader { mut step, at, settings, outputs, .. } = reader;
         if !settings.is_empty() {
             step.changes.wishes.insert(0, Operation::Set { values: settings, write: true });
@@ -70,29 +66,25 @@ fn column(checker: &mut Checker, tags: &Tags, name: &str, span: &Span) -> Option
         "alarms" => return Some(Column::Alarms),
         _ => {}
     }
-    let find = |path: &str| tags.all.iter().position(|p| p.path == path);
+    let group = tags.group();
     match name.split_once('.') {
         Some(("inputs", path)) => {
-            let port = tags.group().port(checker, path, span)?;
-            tags.driven(checker, path, span).then_some(Column::Input(port))
+            let (port, column) = match group.part(checker, path, span)? {
+                Part::Value(port) => (port, Column::Input(port)),
+                Part::Quality(port) => (port, Column::InputQuality(port)),
+            };
+            tags.driven(checker, &tags.all[port].path, span).then_some(column)
         }
         Some(("settings", path)) => {
-            let port = tags.group().port(checker, path, span)?;
+            let port = group.port(checker, path, span)?;
             tags.set(checker, path, span).then_some(Column::Setting(port))
         }
-        Some(("outputs", path)) => match path.strip_suffix(".quality").and_then(find) {
-            Some(port) if find(path).is_none() => Some(Column::Quality(port)),
-            _ => tags.group().port(checker, path, span).map(Column::Output),
-        },
+        Some(("outputs", path)) => group.part(checker, path, span).map(|part| match part {
+            Part::Value(port) => Column::Output(port),
+            Part::Quality(port) => Column::OutputQuality(port),
+        }),
         _ => {
-            const KNOWN: [&str; 7] = ["at", "name", "inputs.", "settings.", "commands", "outputs.", "alarms"];
-            let finding = Finding::error(span, format!("a table has no column `{name}`"));
-            checker.add(match nearest(name, KNOWN) {
-                Some(near) => finding.help(format!("did you mean `{near}`?")),
-                None => finding.help(
-                    "columns are at, name, inputs.POINT, settings.TAG, commands, outputs.TAG, outputs.TAG.quality, alarms",
-                ),
-            });
+            no_column(checker, name, span, COLUMNS);
             None
         }
     }
@@ -109,11 +101,18 @@ struct Reader<'a> {
     outputs: Vec<Expected>,
 }
 
-impl Reader<'_> {
-    fn toml(&mut self, checker: &mut Checker, column: Column, value: &DeValue<'_>, span: &Span) {
+impl Cells for Reader<'_> {
+    type Column = Column;
+
+    fn value(&mut self, checker: &mut Checker, column: Column, value: &DeValue<'_>, span: &Span) -> bool {
         let said = |port| Said { port, value, span: span.clone() };
         match column {
-            Column::Input(port) => self.step.changes.inputs.extend(input(checker, self.tags, &said(port))),
+            Column::Input(port) => {
+                if let Some(Input { cell, quality, .. }) = input(checker, self.tags, &said(port)) {
+                    // A plain value leaves it to a column of qualities.
+                    self.input(port, cell, Some(quality).filter(|q| *q != Quality::Good));
+                }
+            }
             Column::Setting(port) => {
                 if let Some(cell) = self.tags.group().constant(checker, &said(port)) {
                     self.setting(port, cell);
@@ -121,31 +120,16 @@ impl Reader<'_> {
             }
             Column::Output(port) => {
                 if let Some(expected) = self.tags.group().expected(checker, &said(port), self.tolerance) {
-                    let slot = self.output(port);
-                    (slot.value, slot.within) = (expected.value.or(slot.value), expected.within);
-                    slot.quality = expected.quality.or(slot.quality);
+                    self.output(port).join(expected);
                 }
             }
-            _ => {
-                let text = match Row::words(value, span) {
-                    Ok(text) => text,
-                    Err(finding) => return checker.add(finding),
-                };
-                if let Err(message) = self.text(column, &text) {
-                    checker.add(Finding::error(span, message));
-                }
-            }
+            _ => return false,
         }
+        true
     }
 
     fn text(&mut self, column: Column, text: &str) -> Result<(), String> {
-        let tags = self.tags;
-        let parse = |port: usize| {
-            let refused = |e: latchwork_image::ParseValueError| {
-                format!("`{}` is {}; it takes {}", tags.all[port].path, e.found, e.expected)
-            };
-            tags.all[port].ty.parse(text).map_err(refused)
-        };
+        let (tags, group) = (self.tags, self.tags.group());
         match column {
             Column::At => self.at = Some(parse_duration(text).map_err(|e| e.to_string())?),
             Column::Name => self.step.label = format!("{}, {text}", self.step.label),
@@ -159,45 +143,45 @@ impl Reader<'_> {
                 names.sort_unstable();
                 self.step.expect.alarms = Some(names);
             }
-            Column::Input(port) => self.step.changes.inputs.push((tags.all[port].path.clone(), parse(port)?)),
-            Column::Setting(port) => self.setting(port, parse(port)?),
-            Column::Output(port) => self.output(port).value = Some(parse(port)?),
-            Column::Quality(port) => {
-                let quality: Option<Quality> = quality_of(text);
-                let expected = || format!("\"{text}\" is no quality; expected good, uncertain or bad");
-                self.output(port).quality = Some(quality.ok_or_else(expected)?);
-            }
+            Column::Input(port) => self.input(port, Some(group.parse(port, text)?), None),
+            Column::InputQuality(port) => self.input(port, None, Some(quality(text)?)),
+            Column::Setting(port) => self.setting(port, group.parse(port, text)?),
+            Column::Output(port) => self.output(port).value = Some(group.parse(port, text)?),
+            Column::OutputQuality(port) => self.output(port).quality = Some(quality(text)?),
         }
         Ok(())
     }
+}
 
+impl Reader<'_> {
     fn setting(&mut self, port: usize, cell: u64) {
         let port = &self.tags.all[port];
         self.settings.push((port.path.clone(), port.ty.format(cell)));
     }
 
-    /// Value and quality of one tag may come from two columns.
-    fn output(&mut self, port: usize) -> &mut Expected {
-        let fresh = self.tags.group().nothing(port, self.tolerance);
-        let at = self.outputs.iter().position(|e| e.name == fresh.name).unwrap_or_else(|| {
-            self.outputs.push(fresh);
-            self.outputs.len() - 1
+    /// Value and quality of one point may come from two columns, in whatever order.
+    fn input(&mut self, port: usize, cell: Option<u64>, quality: Option<Quality>) {
+        let (tag, list) = (&self.tags.all[port].path, &mut self.step.changes.inputs);
+        let at = list.iter().position(|i| i.tag == *tag).unwrap_or_else(|| {
+            list.push(Input { tag: tag.clone(), cell: None, quality: Quality::Good });
+            list.len() - 1
         });
-        &mut self.outputs[at]
+        list[at].cell = cell.or(list[at].cell);
+        list[at].quality = quality.unwrap_or(list[at].quality);
+    }
+
+    fn output(&mut self, port: usize) -> &mut Expected {
+        self.tags.group().slot(&mut self.outputs, port, self.tolerance)
     }
 }
 
-/// `a|b`, or `none`.
+/// The names of `a|b`, or of `none`.
 fn words(text: &str, what: &str, names: &[String]) -> Result<Vec<String>, String> {
-    if text == "none" {
-        return Ok(Vec::new());
-    }
-    let word = |name: &str| match names.iter().any(|n| n == name) {
+    kit::words(text, |name| match names.iter().any(|n| n == name) {
         true => Ok(name.to_owned()),
         false => {
             let (message, help) = unknown(what, names, name);
             Err(format!("{message}; {help}"))
         }
-    };
-    text.split('|').map(|name| word(name.trim())).collect()
+    })
 }

@@ -1,11 +1,9 @@
 //! The keys of a test file of a plant.
 
 use latchwork_schema::{Key, Kind, Section};
-
-/// Longest time within a case, ns: a hundred years.
-const LONGEST: u64 = 3_155_760_000_000_000_000;
-const TIME: Kind = Kind::Duration { min: 0, max: LONGEST };
-const NAMES: Kind = Kind::List(&Kind::Text);
+use latchwork_testbed::case::keys::{
+    ALLOW_LOSSY, CASE_NAME, CASE_TOLERANCE, LONGEST, NAMES, STEP_NAME, TIME, TOLERANCE,
+};
 
 /// Top of the file.
 pub static FILE: Section = Section {
@@ -23,10 +21,15 @@ pub static FILE: Section = Section {
             "components",
             NAMES,
             "",
-            "Folders searched for the components of `swap`, relative to this file. Without it: the file's own folder, then `target/components` and `target/test-components` of the nearest folder above.",
+            "Folders searched for the components of `swap`, relative to this file; the plant's own blocks are found as its file says. Without it: the file's own folder, then `target/components` and `target/test-components` of the nearest folder above.",
         ),
-        Key::optional("tolerance", Kind::Constant, "0", "How far a real output may be off what is expected."),
-        Key::optional("inputs", Kind::Map(&Kind::Any), "", "Input points at the start of all cases, by tag."),
+        TOLERANCE,
+        Key::optional(
+            "inputs",
+            Kind::Map(&Kind::Any),
+            "",
+            "Input points at the start of all cases, by tag: a value, which is good, or `{ value, quality }`.",
+        ),
         Key::optional(
             "settings",
             Kind::Map(&Kind::Any),
@@ -41,8 +44,8 @@ pub static CASE: Section = Section {
     name: "[[case]]",
     doc: "One story: the plant started anew, without anything retained, and its steps one after the other.",
     keys: &[
-        Key::required("name", Kind::Text, "What it shows, in a sentence."),
-        Key::optional("tolerance", Kind::Constant, "", "As above, for this case."),
+        CASE_NAME,
+        CASE_TOLERANCE,
         Key::optional("inputs", Kind::Map(&Kind::Any), "", "Input points at the start, besides those of the file."),
         Key::optional(
             "settings",
@@ -58,7 +61,7 @@ pub static STEP: Section = Section {
     name: "[[case.step]]",
     doc: "One moment: what changes, in the order of this table, before everything that is due then; what is expected after it.",
     keys: &[
-        Key::optional("name", Kind::Text, "", "What it is, for the report."),
+        STEP_NAME,
         Key::optional(
             "at",
             TIME,
@@ -75,7 +78,7 @@ pub static STEP: Section = Section {
             "inputs",
             Kind::Map(&Kind::Any),
             "",
-            "Input points that change, by tag; the others keep their values.",
+            "Input points that change, by tag; the others keep their values. A value, which is good, or `{ value, quality }`.",
         ),
         Key::optional(
             "swap",
@@ -83,7 +86,7 @@ pub static STEP: Section = Section {
             "",
             "Blocks of one lane and the components of their next versions: a name, or a path that ends in .wasm.",
         ),
-        Key::optional("allow-lossy", Kind::Bool, "false", "Whether the swap may clamp state that does not fit."),
+        ALLOW_LOSSY,
         Key::optional(
             "probation",
             Kind::Integer { min: 0, max: 1_000_000_000 },

@@ -1,7 +1,7 @@
 //! A test file of a plant that was read and found right.
 
 use latchwork_block::Engine;
-use latchwork_image::Type;
+use latchwork_image::{Quality, Type};
 use latchwork_plant::model::Model;
 use latchwork_plant::operate::Operation;
 use latchwork_testbed::case::kit::Expected;
@@ -28,17 +28,26 @@ pub struct Case {
     /// Tags that the case speaks of, each with its type: two cells each, value and quality.
     pub(crate) watched: Vec<(String, Type)>,
     /// Input points at the start.
-    pub(crate) inputs: Vec<(String, u64)>,
+    pub(crate) inputs: Vec<Input>,
     /// In the place of those of the plant file.
     pub(crate) settings: Vec<(String, u64)>,
     pub(crate) steps: Vec<Step>,
+}
+
+/// What an input point shows from now on.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) struct Input {
+    pub(crate) tag: String,
+    /// Its value; `None`: as it is.
+    pub(crate) cell: Option<u64>,
+    pub(crate) quality: Quality,
 }
 
 /// What a moment changes.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Changes {
     /// Input points.
-    pub(crate) inputs: Vec<(String, u64)>,
+    pub(crate) inputs: Vec<Input>,
     /// In their order.
     pub(crate) wishes: Vec<Operation>,
 }

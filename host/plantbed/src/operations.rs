@@ -1,15 +1,17 @@
 //! What a step wants of the plant, as an operator would want it.
 
 use crate::keys::SHELF;
+use crate::model::Input;
 use crate::tags::Tags;
+use latchwork_image::Quality;
 use latchwork_plant::operate::Operation;
 use latchwork_schema::check::entries;
 use latchwork_schema::{Checker, Entry, Kind, Span, Value, Values};
 use latchwork_testbed::case::kit::{Said, get, group};
 use toml::de::{DeTable, DeValue};
 
-/// `inputs`: points with their cells.
-pub(crate) fn inputs(checker: &mut Checker, tags: &Tags, table: &DeTable<'_>) -> Vec<(String, u64)> {
+/// `inputs`: points with their values and qualities.
+pub(crate) fn inputs(checker: &mut Checker, tags: &Tags, table: &DeTable<'_>) -> Vec<Input> {
     let Some(given) = group(checker, table, "inputs") else { return Vec::new() };
     let mut list = Vec::new();
     for said in tags.group().said(checker, given) {
@@ -18,11 +20,13 @@ pub(crate) fn inputs(checker: &mut Checker, tags: &Tags, table: &DeTable<'_>) ->
     list
 }
 
-/// One input point.
-pub(crate) fn input(checker: &mut Checker, tags: &Tags, said: &Said<'_>) -> Option<(String, u64)> {
-    let tag = &tags.all[said.port].path;
-    let cell = tags.driven(checker, tag, &said.span).then(|| tags.group().constant(checker, said))??;
-    Some((tag.clone(), cell))
+/// One input point: a value, which is good, or `{ value, quality }`.
+pub(crate) fn input(checker: &mut Checker, tags: &Tags, said: &Said<'_>) -> Option<Input> {
+    let (tag, group) = (&tags.all[said.port].path, tags.group());
+    let cells = tags.driven(checker, tag, &said.span).then(|| group.input(checker, said))?;
+    let at = group.cell(said.port);
+    let cell = |cell| cells.iter().find(|c| c.cell == cell).map(|c| c.value);
+    Some(Input { tag: tag.clone(), cell: cell(at), quality: Quality::from_cell(cell(at + 1)?) })
 }
 
 /// `settings` of a case: in the place of those of the plant file.

@@ -1,15 +1,15 @@
 //! From the text of a test file to the cases of a plant, with everything that is wrong with it.
 
 use crate::keys;
-use crate::model::{Case, PlantTest};
+use crate::model::{Case, Input, PlantTest};
 use crate::operations::{inputs, settings};
 use crate::steps::Steps;
 use crate::subject::{Subject, load};
 use crate::tags::Tags;
 use latchwork_block::Engine;
-use latchwork_schema::{Checker, Finding, Span, Value, Values};
+use latchwork_schema::{Checker, Finding, Span, Values};
 use latchwork_testbed::case::Options;
-use latchwork_testbed::case::kit::{Finder, Place, get, rows, table, tables, tolerance};
+use latchwork_testbed::case::kit::{Finder, Place, cases, folders, get, rows, table, tables, tolerance};
 use std::path::{Path, PathBuf};
 use toml::de::DeTable;
 
@@ -41,14 +41,10 @@ pub(crate) fn read<'a>(
         let finding = Finding::error(&entry.key_span, "a test file has either a `component` or a `plant`");
         checker.add(finding.help("what else the component should do belongs into a file of its own"));
     }
-    let folders = match values.get("components") {
-        Some(Value::List(list)) => Some(list.iter().filter_map(|(v, _)| text_of(v)).collect()),
-        _ => None,
-    };
     let mut files = Vec::new();
     let mut common = Common {
         place: Place::new(path, text),
-        finder: Finder::new(engine, path, folders, &options.folders),
+        finder: Finder::new(engine, path, folders(&values), &options.folders),
         subject: None,
         every: 0,
         scans: 0,
@@ -56,7 +52,7 @@ pub(crate) fn read<'a>(
     if let Some(name) = values.text("plant") {
         let plant = common.place.base.join(name);
         let sim = values.bool("sim").unwrap_or(true);
-        common.subject = load(checker, &plant, sim, engine, &values.span_of("plant"), &mut files);
+        common.subject = load(checker, &plant, sim, engine, &options.folders, &values.span_of("plant"), &mut files);
     }
     if let Some(subject) = &common.subject {
         let cyclic = subject.model.lanes.iter().find(|l| l.interrupt.is_none());
@@ -65,38 +61,20 @@ pub(crate) fn read<'a>(
     }
     let tags = common.subject.as_ref().map(|s| &s.tags);
     let shared = Start::read(checker, tags, root, &values, &Start::default());
-    let mut cases: Vec<Case> = Vec::new();
-    match get(root, "case") {
-        Some(entry) => {
-            for (item, span) in tables(checker, &entry, "[[case]]") {
-                let Some(case) = case(checker, &mut common, &shared, item, &span) else { continue };
-                if cases.iter().any(|o| o.name == case.name) {
-                    let finding = Finding::error(&span, format!("there is another case \"{}\"", case.name));
-                    checker.add(finding.help("a case is known by its name: give it one of its own"));
-                }
-                cases.push(case);
-            }
-        }
-        None => checker.add(
-            Finding::error(&start, "the file has no [[case]]")
-                .help("add one: [[case]], name = \"…\", and [[case.step]]"),
-        ),
-    }
+    let read =
+        |checker: &mut Checker, item: &'a DeTable<'a>, span: &Span| case(checker, &mut common, &shared, item, span);
+    let cases = cases(checker, root, &start, |case: &Case| &case.name, read);
     files.extend(common.finder.tried);
     files.extend(common.place.files);
     let file = common.subject.map(|s| PlantTest { path: path.into(), model: s.model, cases, engine: engine.clone() });
     (file, files)
 }
 
-fn text_of(value: &Value) -> Option<String> {
-    if let Value::Text(text) = value { Some(text.clone()) } else { None }
-}
-
 /// What a case begins with; each level adds to the one above.
 #[derive(Clone, Default)]
 struct Start {
     tolerance: f64,
-    inputs: Vec<(String, u64)>,
+    inputs: Vec<Input>,
     settings: Vec<(String, u64)>,
 }
 
@@ -139,8 +117,8 @@ fn case(
     if steps.list.is_empty() && checker.findings.len() == before {
         checker.add(Finding::error(span, "the case tests nothing").help("add a [[case.step]] or a [[case.table]]"));
     }
-    for (tag, _) in &start.inputs {
-        steps.watch(tag);
+    for input in &start.inputs {
+        steps.watch(&input.tag);
     }
     let (name, line) = (values.text("name")?.to_owned(), common.place.line(span));
     let (inputs, settings) = (start.inputs, start.settings);

@@ -1,6 +1,6 @@
 //! Runs cases at virtual time.
 
-use crate::model::{Case, Changes, PlantTest, Step};
+use crate::model::{Case, Changes, Input, PlantTest, Step};
 use crate::subject;
 use crate::verdict::Wishes;
 use crate::world::{Left, World};
@@ -46,7 +46,7 @@ pub(crate) struct Run<'a> {
     test: &'a PlantTest,
     case: &'a Case,
     /// Input points as they were set last: the world outside goes on when the plant is restarted.
-    points: BTreeMap<String, u64>,
+    points: BTreeMap<String, Input>,
     /// Of the watched tags, two cells each.
     pub(crate) cells: Vec<u64>,
     history: History,
@@ -90,7 +90,7 @@ impl<'a> Run<'a> {
         match subject::start_with(&self.test.model, &self.case.settings, &self.test.engine) {
             Ok(plant) => {
                 let mut world = World::start(plant, at, left);
-                self.points.iter().for_each(|(tag, cell)| world.set(tag, *cell, at));
+                self.points.values().for_each(|input| world.set(input, at));
                 Some(world)
             }
             Err(why) => {
@@ -119,10 +119,11 @@ impl<'a> Run<'a> {
     }
 
     /// Changes points.
-    fn points(&mut self, world: &mut World, inputs: &[(String, u64)], at: u64) {
-        for (tag, cell) in inputs {
-            world.set(tag, *cell, at);
-            self.points.insert(tag.clone(), *cell);
+    fn points(&mut self, world: &mut World, inputs: &[Input], at: u64) {
+        for input in inputs {
+            world.set(input, at);
+            let known = self.points.entry(input.tag.clone()).or_insert_with(|| input.clone());
+            (known.cell, known.quality) = (input.cell.or(known.cell), input.quality);
         }
     }
 

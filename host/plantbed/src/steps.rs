@@ -128,8 +128,8 @@ impl Steps {
 
     /// What a step changes is shown when it fails.
     pub(crate) fn watch_changes(&mut self, step: &Step) {
-        for (tag, _) in &step.changes.inputs {
-            self.watch(tag);
+        for input in &step.changes.inputs {
+            self.watch(&input.tag);
         }
         for wish in &step.changes.wishes {
             if let Operation::Force { tag, .. } = wish {

@@ -3,7 +3,7 @@
 use crate::tags::Tags;
 use latchwork_block::Engine;
 use latchwork_plant::assemble::{Options, Plant, Time, assemble};
-use latchwork_plant::check::{CheckOptions, Checked, check_file};
+use latchwork_plant::check::{CheckOptions, Checked, check_file_with};
 use latchwork_plant::model::Model;
 use latchwork_schema::{Checker, Finding, Severity, Span};
 use std::path::{Path, PathBuf};
@@ -14,22 +14,24 @@ pub(crate) struct Subject {
     pub(crate) tags: Tags,
 }
 
-/// Checks a plant file and assembles its plant once; `files` gets all that it is made of.
+/// Checks a plant file and assembles its plant once; `folders` are searched for its components before those that it names,
+/// `files` gets all that it is made of.
 pub(crate) fn load(
     checker: &mut Checker,
     path: &Path,
     sim: bool,
     engine: &Engine,
+    folders: &[PathBuf],
     span: &Span,
     files: &mut Vec<PathBuf>,
 ) -> Option<Subject> {
     files.push(path.into());
-    let checked = check_file(path, engine, CheckOptions { sim });
+    let checked = check_file_with(path, engine, CheckOptions { sim }, folders);
+    files.extend_from_slice(&checked.files);
     let Some(model) = checked.model else {
         checker.add(wrong(&checked, path, sim, span));
         return None;
     };
-    files.extend(components(&model, path));
     if let Some(driver) = model.drivers.iter().find(|d| !d.simulated(sim)) {
         let message = format!("driver `{}` of {} is {}", driver.config.name, path.display(), driver.kind.name);
         checker.add(Finding::error(span, message).help("leave `sim = false` out: tests run without hardware"));
@@ -81,25 +83,4 @@ fn wrong(checked: &Checked, path: &Path, sim: bool, span: &Span) -> Finding {
         return finding.help("the path begins at the folder of the test file");
     }
     finding.help(format!("`latchwork check {shown}{}` shows all of it", if sim { " --sim" } else { "" }))
-}
-
-/// Files in which the plant's components may stand.
-fn components(model: &Model, path: &Path) -> Vec<PathBuf> {
-    let base = path.parent().unwrap_or(Path::new(""));
-    let text = std::fs::read_to_string(path).unwrap_or_default();
-    let root: toml::Table = toml::from_str(&text).unwrap_or_default();
-    let list = root.get("plant").and_then(|p| p.get("components")).and_then(|c| c.as_array());
-    let folders: Vec<_> =
-        list.into_iter().flatten().filter_map(toml::Value::as_str).map(|folder| base.join(folder)).collect();
-    let mut files = Vec::new();
-    for block in &model.blocks {
-        if block.named.ends_with(".wasm") {
-            files.push(base.join(&block.named));
-        } else {
-            files.extend(folders.iter().map(|f| f.join(format!("{}.wasm", block.named))));
-        }
-    }
-    files.sort();
-    files.dedup();
-    files
 }

@@ -1,5 +1,6 @@
 //! A plant under way, from the side of whoever tests it: points, wishes with their answers, what it tells.
 
+use crate::model::Input;
 use latchwork_image::{Quality, TagId, View};
 use latchwork_plant::assemble::Plant;
 use latchwork_plant::lane::Change;
@@ -97,9 +98,10 @@ impl World {
     }
 
     /// Sets an input point.
-    pub(crate) fn set(&mut self, tag: &str, cell: u64, at: u64) {
-        if let Some((place, _)) = self.run.plant().sim.find(tag) {
-            self.run.stimulate(&Action::Point { place, cell }, at - self.since);
+    pub(crate) fn set(&mut self, input: &Input, at: u64) {
+        if let Some((place, _)) = self.run.plant().sim.find(&input.tag) {
+            let (cell, quality) = (input.cell, input.quality);
+            self.run.stimulate(&Action::Signal { place, cell, quality }, at - self.since);
         }
     }
 

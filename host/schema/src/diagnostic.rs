@@ -2,13 +2,16 @@
 
 use crate::{Finding, Severity};
 use annotate_snippets::{AnnotationKind, Level, Renderer, Snippet};
+use latchwork_image::plain;
 use serde_json::{Value, json};
+use std::borrow::Cow;
 use std::path::Path;
 
 /// All findings, one after the other, with a line that counts them.
 pub fn render(findings: &[Finding], path: &Path, text: &str, colours: bool) -> String {
     let renderer = if colours { Renderer::styled() } else { Renderer::plain() };
-    let path = path.display().to_string();
+    let path = plain(&path.display().to_string());
+    let source = source(text);
     let mut out = String::new();
     for finding in findings {
         let level = match finding.severity {
@@ -16,19 +19,33 @@ pub fn render(findings: &[Finding], path: &Path, text: &str, colours: bool) -> S
             Severity::Warning => Level::WARNING,
             Severity::Note => Level::NOTE,
         };
-        let title =
-            if finding.span.is_some() { finding.message.clone() } else { format!("{path}: {}", finding.message) };
+        let title = if finding.span.is_some() {
+            lines(&finding.message)
+        } else {
+            format!("{path}: {}", lines(&finding.message))
+        };
         let mut group = level.primary_title(title.as_str()).elements(finding.span.as_ref().map(|span| {
             let span = span.start.min(text.len())..span.end.min(text.len()).max(span.start.min(text.len()));
-            Snippet::source(text).path(path.as_str()).annotation(AnnotationKind::Primary.span(span))
+            Snippet::source(source.as_ref()).path(path.as_str()).annotation(AnnotationKind::Primary.span(span))
         }));
         if let Some(help) = &finding.help {
-            group = group.element(Level::HELP.message(help.as_str()));
+            group = group.element(Level::HELP.message(lines(help)));
         }
         out += &renderer.render(&[group]);
         out += "\n\n";
     }
     out + &counts(findings)
+}
+
+/// A message, which quotes files and components, without what would act on a terminal.
+fn lines(text: &str) -> String {
+    text.split('\n').map(plain).collect::<Vec<_>>().join("\n")
+}
+
+/// The file for a terminal, every byte where it was: the renderer leaves those control characters as they are that have two.
+fn source(text: &str) -> Cow<'_, str> {
+    let acts = |c: char| matches!(c, '\u{80}'..='\u{9f}');
+    if text.contains(acts) { text.replace(acts, "¿").into() } else { text.into() }
 }
 
 fn counts(findings: &[Finding]) -> String {
@@ -68,4 +85,22 @@ pub fn position(text: &str, byte: usize) -> (usize, usize) {
     let before = &text[..text.floor_char_boundary(byte.min(text.len()))];
     let line_start = before.rfind('\n').map_or(0, |n| n + 1);
     (before.matches('\n').count() + 1, before[line_start..].chars().count() + 1)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn nothing_that_a_finding_quotes_acts_on_a_terminal() {
+        let text = "name = \"\u{9b}31m\u{7f}\u{1b}[2J\"\nb = 1\n";
+        let message = "there is another case \"\u{1b}[2J\u{9b}\"\nand more";
+        let finding = Finding::error(&(7..20), message).help("did you mean \"\u{7}\"?");
+        let whole = Finding { span: None, ..Finding::error(&(0..0), message) };
+        let shown = render(&[finding, whole], Path::new("a\u{1b}[2J.toml"), text, false);
+        assert!(!shown.contains(|c: char| c.is_control() && c != '\n'), "{shown:?}");
+        assert!(shown.contains("there is another case \"\\u{1b}[2J\\u{9b}\""), "{shown}");
+        assert!(shown.contains("did you mean \"\\u{7}\"?"), "{shown}");
+        assert!(shown.contains("a\\u{1b}[2J.toml:1:8"), "{shown}");
+    }
 }

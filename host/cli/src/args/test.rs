@@ -14,7 +14,7 @@ pub(crate) struct Test {
     /// Only cases with this in their name.
     #[arg(long, value_name = "NAME")]
     pub(crate) filter: Option<String>,
-    /// Folder with components, searched before those of the test file; may be given several times.
+    /// Folder with components, searched before those of the test file and of its plant; may be given several times.
     #[arg(long = "components", value_name = "DIR")]
     pub(crate) folders: Vec<PathBuf>,
     /// Print as JSON.

@@ -6,6 +6,7 @@ use crate::report;
 use anyhow::{Result, anyhow};
 use comfy_table::{Table, presets};
 use latchwork_api::client::{Client, ClientError};
+pub(super) use latchwork_image::plain;
 use serde::Deserialize;
 use serde_json::{Value, json};
 use std::io::{ErrorKind, IsTerminal};
@@ -137,12 +138,6 @@ pub(super) fn lines(table: &Table) -> String {
     table.lines().map(|l| l.trim_end().to_owned() + "\n").collect()
 }
 
-/// Text of others for a terminal: what would move the cursor or change the colour is shown as what it is.
-pub(super) fn plain(text: &str) -> String {
-    let shown = |c: char| if c.is_control() { c.escape_default().to_string() } else { c.to_string() };
-    text.chars().map(shown).collect()
-}
-
 /// A value of a tag or record, for a person.
 pub(super) fn shown(value: &Value) -> String {
     match value {
@@ -189,10 +184,5 @@ mod tests {
         assert!(none.contains("--socket PATH") && none.contains("LATCHWORK_SOCKET"), "{none}");
         let several = the_only_one(paths(&["/a.sock", "/b.sock"])).expect_err("several").to_string();
         assert!(several.contains("--socket /a.sock") && several.contains("--socket /b.sock"), "{several}");
-    }
-
-    #[test]
-    fn text_of_others_cannot_touch_the_terminal() {
-        assert_eq!(plain("a\x1b[2Jb\nc\u{9b}d é"), "a\\u{1b}[2Jb\\nc\\u{9b}d é");
     }
 }

@@ -108,13 +108,15 @@ impl Interrupts {
                 let (d, config) = (&model.drivers[*driver], &model.drivers[*driver].config.points[*point]);
                 let Some(cell) = layout.lanes[lane].served[number] else { continue };
                 let (input, kind) = (number as u32, EdgeKind::of(config));
-                let (mut level, mut now) = (false, None);
+                let (mut level, mut now, mut quality) = (false, None, None);
                 if d.simulated(model.sim) {
                     level = crate::sim::initial(config) & 1 == 1;
                     self.initial[lane].push((cell + 1, Quality::Good.cell()));
+                    let point_quality = Arc::new(AtomicU64::new(Quality::Good.cell()));
+                    quality = Some(Arc::clone(&point_quality));
                     let point_level = Arc::new(AtomicBool::new(level));
                     now = (kind != EdgeKind::Both).then(|| Arc::clone(&point_level));
-                    let to = Simulated { input, edge: kind, level: point_level, missed: 0 };
+                    let to = Simulated { input, edge: kind, level: point_level, quality: point_quality, missed: 0 };
                     if let Some(wire) = &d.sources[*point] {
                         let (from, probe) = feeding(layout, wire).ok_or_else(|| {
                             failed(format!("`{}.{}` is fed by what no block makes", d.config.name, config.name))
@@ -125,7 +127,7 @@ impl Interrupts {
                     }
                 }
                 self.initial[lane].push((cell, u64::from(level)));
-                edges.push(EdgeInput { cell, level, now });
+                edges.push(EdgeInput { cell, level, now, quality });
             }
             if !simulated.is_empty() {
                 sim.add_edges(simulated, sender());

@@ -11,12 +11,18 @@ use std::sync::Arc;
 /// Loads each component once.
 pub(super) struct Loader<'a> {
     engine: &'a Engine,
-    folder: &'a Path,
+    /// That of the plant file.
+    pub(super) folder: &'a Path,
+    /// Those of the caller, searched first.
+    before: &'a [PathBuf],
+    /// Those of the file.
     folders: Vec<(PathBuf, Span)>,
     /// The list of folders itself is wrong or its table missing: nothing can be said about what is not found.
     unread: bool,
     /// By name; `None` for one that has been told to be broken or missing.
     known: HashMap<String, Option<Component>>,
+    /// Every file that was looked for.
+    pub(super) tried: Vec<PathBuf>,
 }
 
 /// The folders of components that a plant file in `folder` names.
@@ -28,12 +34,17 @@ pub(crate) fn folders(file: &PlantFile, folder: &Path) -> Vec<(PathBuf, Span)> {
 }
 
 impl<'a> Loader<'a> {
-    pub(super) fn new(engine: &'a Engine, folder: &'a Path, file: &PlantFile) -> Self {
+    pub(super) fn new(engine: &'a Engine, folder: &'a Path, before: &'a [PathBuf], file: &PlantFile) -> Self {
         let folders = folders(file, folder);
         let given =
             file.plant.get("components").is_some_and(|v| matches!(v, Value::List(l) if l.len() == folders.len()));
         let unread = file.unread.contains(&"plant") || (file.components_given && !given);
-        Self { engine, folder, folders, unread, known: HashMap::new() }
+        Self { engine, folder, before, folders, unread, known: HashMap::new(), tried: Vec::new() }
+    }
+
+    /// All folders, in the order they are searched.
+    pub(super) fn folders(&self) -> impl Iterator<Item = &Path> {
+        self.before.iter().chain(self.folders.iter().map(|(folder, _)| folder)).map(PathBuf::as_path)
     }
 
     /// A note for every folder that is not there: a component may still be found in another.
@@ -67,9 +78,10 @@ impl<'a> Loader<'a> {
         }
     }
 
-    fn load(&self, checker: &mut Checker, name: &str, span: &Span) -> Option<Component> {
+    fn load(&mut self, checker: &mut Checker, name: &str, span: &Span) -> Option<Component> {
         let path = if name.ends_with(".wasm") {
             let path = self.folder.join(name);
+            self.tried.push(path.clone());
             if !path.is_file() {
                 checker.add(Finding::error(span, format!("there is no file {}", path.display())));
                 return None;
@@ -77,9 +89,11 @@ impl<'a> Loader<'a> {
             path
         } else {
             let file = format!("{name}.wasm");
-            let found = self.folders.iter().map(|(f, _)| f.join(&file)).find(|p| p.is_file());
+            let candidates: Vec<_> = self.folders().map(|f| f.join(&file)).collect();
+            let found = candidates.iter().position(|p| p.is_file());
+            self.tried.extend_from_slice(&candidates[..found.map_or(candidates.len(), |at| at + 1)]);
             match found {
-                Some(path) => path,
+                Some(at) => candidates[at].clone(),
                 None if self.unread => return None,
                 None => {
                     checker.add(self.missing(name, span));
@@ -98,22 +112,20 @@ impl<'a> Loader<'a> {
 
     fn missing(&self, name: &str, span: &Span) -> Finding {
         let mut there: Vec<String> = Vec::new();
-        for (folder, _) in &self.folders {
+        for folder in self.folders() {
             let files = std::fs::read_dir(folder).into_iter().flatten().flatten();
             let names = files.filter_map(|f| f.file_name().into_string().ok());
             there.extend(names.filter_map(|n| n.strip_suffix(".wasm").map(str::to_owned)));
         }
-        let searched = match self.folders.len() {
+        let list: Vec<_> = self.folders().map(|f| f.display().to_string()).collect();
+        let searched = match list.len() {
             0 => "the plant names no folders".to_owned(),
-            _ => {
-                let list: Vec<_> = self.folders.iter().map(|(f, _)| f.display().to_string()).collect();
-                format!("searched in {}", list.join(", "))
-            }
+            _ => format!("searched in {}", list.join(", ")),
         };
         let finding = Finding::error(span, format!("there is no component `{name}`; {searched}"));
         match nearest(name, there.iter().map(String::as_str)) {
             Some(near) => finding.help(format!("did you mean \"{near}\"?")),
-            None if self.folders.is_empty() => {
+            None if list.is_empty() => {
                 finding.help("add `components = [\"FOLDER\"]` to [plant], or name a file that ends in .wasm")
             }
             None if there.is_empty() => finding

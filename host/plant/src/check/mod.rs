@@ -44,6 +44,9 @@ pub struct Checked {
     pub model: Option<Model>,
     /// What was found, in the order of the file.
     pub findings: Vec<Finding>,
+    /// Every file that was looked for as the component of a block, whether it is there or not: a change of one may change
+    /// what is found.
+    pub files: Vec<PathBuf>,
     path: PathBuf,
     text: String,
 }
@@ -62,11 +65,17 @@ impl Checked {
 
 /// Checks a plant file.
 pub fn check_file(path: &Path, engine: &Engine, options: CheckOptions) -> Checked {
+    check_file_with(path, engine, options, &[])
+}
+
+/// Checks a plant file; components are looked for in `folders` first, then in those that it names.
+pub fn check_file_with(path: &Path, engine: &Engine, options: CheckOptions, folders: &[PathBuf]) -> Checked {
     match read(path) {
-        Ok(text) => check_text(path, text, engine, options),
+        Ok(text) => check(path, text, engine, options, folders),
         Err(message) => {
             let finding = Finding { severity: Severity::Error, span: None, message, help: None };
-            Checked { model: None, findings: vec![finding], path: path.into(), text: String::new() }
+            let (findings, files, text) = (vec![finding], Vec::new(), String::new());
+            Checked { model: None, findings, files, path: path.into(), text }
         }
     }
 }
@@ -93,14 +102,21 @@ pub(crate) fn read(path: &Path) -> Result<String, String> {
 
 /// Checks the text of a plant file; `path` is where it stands, for messages and relative folders.
 pub fn check_text(path: &Path, text: String, engine: &Engine, options: CheckOptions) -> Checked {
+    check(path, text, engine, options, &[])
+}
+
+fn check(path: &Path, text: String, engine: &Engine, options: CheckOptions, folders: &[PathBuf]) -> Checked {
     let (root, syntax) = latchwork_schema::check::parse(&text);
     let mut checker = Checker { findings: syntax, ..Checker::default() };
-    let mut model = None;
+    let (mut model, mut files) = (None, Vec::new());
     // What a broken text means is guesswork; its own errors are enough.
     if checker.findings.is_empty() {
         let file = file::read(&mut checker, root.get_ref(), &text);
-        let model = model.insert(build(&mut checker, &file, engine, path, options));
+        let folder = path.parent().unwrap_or(Path::new(""));
+        let mut loader = components::Loader::new(engine, folder, folders, &file);
+        let model = model.insert(build(&mut checker, &file, engine, &mut loader, options));
         model.file = path.into();
+        files = loader.tried;
     }
     let mut findings = checker.findings;
     findings.sort_by_key(|f| f.span.as_ref().map_or(0, |s| s.start));
@@ -108,7 +124,7 @@ pub fn check_text(path: &Path, text: String, engine: &Engine, options: CheckOpti
     if findings.iter().any(|f| f.severity == Severity::Error) {
         model = None;
     }
-    Checked { model, findings, path: path.into(), text }
+    Checked { model, findings, files, path: path.into(), text }
 }
 
 /// Everything known of a block while it is checked.
@@ -118,14 +134,18 @@ struct Draft<'a> {
     class: Option<(latchwork_block::Component, std::sync::Arc<latchwork_block::Class>)>,
 }
 
-fn build(checker: &mut Checker, file: &file::PlantFile, engine: &Engine, path: &Path, options: CheckOptions) -> Model {
-    let folder = path.parent().unwrap_or(Path::new(""));
+fn build(
+    checker: &mut Checker,
+    file: &file::PlantFile,
+    engine: &Engine,
+    loader: &mut components::Loader<'_>,
+    options: CheckOptions,
+) -> Model {
     let mut lanes = lanes::lanes(checker, file);
     unique_names(checker, file);
     // Without --sim the blocks of [sim] are checked for their keys alone.
     let mut chosen: Vec<_> = file.blocks.iter().filter(|b| !b.sim || options.sim).collect();
     chosen.sort_by_key(|b| b.key.start);
-    let mut loader = components::Loader::new(engine, folder, file);
     loader.folders_exist(checker);
     let drafts: Vec<_> = chosen.into_iter().map(|entry| Draft { entry, class: loader.class(checker, entry) }).collect();
     let mut drivers = drivers::drivers(checker, file);
@@ -140,7 +160,7 @@ fn build(checker: &mut Checker, file: &file::PlantFile, engine: &Engine, path: &
     interrupts::notes(checker, file, &lanes, &drafts);
     notes::circles(checker, &blocks, &drafts, &drivers);
     notes::limits(checker, &drafts);
-    let sinks = sinks::sinks(checker, file, engine, folder);
+    let sinks = sinks::sinks(checker, file, engine, loader);
     let watchdog = lanes::watchdog(checker, file, &lanes);
     let (alarm_rules, variables) = alarms::rules(checker, file, &tags);
     let mut model = Model {

@@ -1,5 +1,6 @@
 //! Sinks, and the journal that they read.
 
+use super::components::Loader;
 use crate::file::PlantFile;
 use crate::model::SinkSpec;
 use latchwork_block::Engine;
@@ -13,15 +14,15 @@ use std::time::Duration;
 const SIZE: u64 = 4 << 30;
 
 /// The sinks that are sound.
-pub(super) fn sinks(checker: &mut Checker, file: &PlantFile, engine: &Engine, folder: &Path) -> Vec<SinkSpec> {
+pub(super) fn sinks(checker: &mut Checker, file: &PlantFile, engine: &Engine, loader: &Loader<'_>) -> Vec<SinkSpec> {
     let mut sound: Vec<SinkSpec> = Vec::new();
     for entry in &file.sinks {
         let Some(kind) = entry.kind.filter(|_| entry.sound) else { continue };
         let config = Config {
             name: entry.name.clone(),
             plant: file.plant.text("name").unwrap_or_default().to_owned(),
-            folder: folder.to_owned(),
-            components: super::components::folders(file, folder).into_iter().map(|(folder, _)| folder).collect(),
+            folder: loader.folder.to_owned(),
+            components: loader.folders().map(Path::to_owned).collect(),
             cache: engine.cache_folder().map(Path::to_owned),
             journal: String::new(),
             values: entry.values.clone(),

@@ -2,6 +2,7 @@
 //! inputs.
 
 use crate::layout::Probe;
+use latchwork_image::Quality;
 use latchwork_io::driver::PointConfig;
 use rustix::event::{EventfdFlags, eventfd};
 use std::os::fd::{AsFd, BorrowedFd, OwnedFd};
@@ -65,6 +66,8 @@ pub struct Simulated {
     pub edge: EdgeKind,
     /// The level now, as the lane would read it from a line.
     pub level: Arc<AtomicBool>,
+    /// Its quality now, as a cell.
+    pub quality: Arc<AtomicU64>,
     /// Edges that found no room.
     pub missed: u64,
 }
@@ -78,6 +81,11 @@ impl Simulated {
         let event = Event::Edge { time: now, input: self.input, level, missed: self.missed };
         self.missed = if to.push(now, event) { 0 } else { self.missed + 1 };
         true
+    }
+
+    /// Sets the quality, which the lane shows whenever it executes; true when it was another one.
+    pub fn qualify(&mut self, quality: Quality) -> bool {
+        self.quality.swap(quality.cell(), Ordering::Relaxed) != quality.cell()
     }
 }
 
@@ -125,6 +133,11 @@ impl Sender {
         // Before the lane itself knows, nobody shall pass on younger records.
         self.oldest.fetch_min(time, Ordering::AcqRel);
         self.events.push(event).is_ok()
+    }
+
+    /// Lets the lane execute without an edge, at plant time `time`; false without room for it.
+    pub(crate) fn tick(&mut self, time: u64) -> bool {
+        self.push(time, Event::Tick { time })
     }
 
     /// Wakes the lane's thread.

@@ -32,6 +32,7 @@ impl Plant {
     pub fn stimulate(&mut self, action: &Action, now: u64) {
         match action {
             Action::Point { place, cell } => self.sim.set(*place, *cell, now),
+            Action::Signal { place, cell, quality } => self.sim.signal(*place, *cell, *quality, now),
             Action::Command { block, bit, set } => self.stimulate_command(*block, *bit, *set),
             Action::Operate(operation) => {
                 let operator = Operator { user: "stimulus".into(), origin: "stimulus".into(), reason: String::new() };

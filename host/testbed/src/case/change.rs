@@ -1,7 +1,8 @@
 //! What happens between two executions: settings, a restart, the next version.
 
 use super::model::{Step, Subject, Takeover};
-use super::run::{Run, Trouble, told};
+use super::run::Run;
+use super::verdict::{Trouble, told};
 use latchwork_block::Class;
 use latchwork_block::upgrade::Transfer;
 

@@ -1,15 +1,29 @@
-//! The keys of a test file.
+//! The keys of a test file. Those that a plant's has, too, are constants.
 
 use latchwork_schema::{Key, Kind, Section};
 
 /// Longest time within a case, ns: a hundred years.
-pub(super) const LONGEST: u64 = 3_155_760_000_000_000_000;
+pub const LONGEST: u64 = 3_155_760_000_000_000_000;
 /// Longest period, ns.
 const HOUR: u64 = 3_600_000_000_000;
 
-const TIME: Kind = Kind::Duration { min: 0, max: LONGEST };
+/// A time within a case.
+pub const TIME: Kind = Kind::Duration { min: 0, max: LONGEST };
+/// Names.
+pub const NAMES: Kind = Kind::List(&Kind::Text);
+/// Of a file.
+pub const TOLERANCE: Key =
+    Key::optional("tolerance", Kind::Constant, "0", "How far a real output may be off what is expected.");
+/// Of a case.
+pub const CASE_NAME: Key = Key::required("name", Kind::Text, "What it shows, in a sentence.");
+/// Of a case.
+pub const CASE_TOLERANCE: Key = Key::optional("tolerance", Kind::Constant, "", "As above, for this case.");
+/// Of a step.
+pub const STEP_NAME: Key = Key::optional("name", Kind::Text, "", "What it is, for the report.");
+/// Of a step.
+pub const ALLOW_LOSSY: Key =
+    Key::optional("allow-lossy", Kind::Bool, "false", "Whether the swap may clamp state that does not fit.");
 const EVERY: Kind = Kind::Duration { min: 0, max: HOUR };
-const NAMES: Kind = Kind::List(&Kind::Text);
 
 /// Top of the file.
 pub static FILE: Section = Section {
@@ -34,7 +48,7 @@ pub static FILE: Section = Section {
             "\"10ms\"",
             "The block is executed once in this time, also between steps; \"0ms\": only at steps.",
         ),
-        Key::optional("tolerance", Kind::Constant, "0", "How far a real output may be off what is expected."),
+        TOLERANCE,
         Key::optional(
             "budget",
             Kind::Duration { min: 1_000_000, max: 60_000_000_000 },
@@ -62,7 +76,7 @@ pub static CASE: Section = Section {
     name: "[[case]]",
     doc: "One story: a new instance, plant time from `start`, its steps one after the other.",
     keys: &[
-        Key::required("name", Kind::Text, "What it shows, in a sentence."),
+        CASE_NAME,
         Key::optional("every", EVERY, "", "As above, for this case."),
         Key::optional("start", TIME, "\"0ms\"", "Plant time at the beginning; the times of steps count from it."),
         Key::optional(
@@ -72,7 +86,7 @@ pub static CASE: Section = Section {
             "Whether the first execution is one after a cold start. Without it: true, or false with `state`.",
         ),
         Key::optional("elapsed", TIME, "\"0ms\"", "What the first execution is told as time since the one before."),
-        Key::optional("tolerance", Kind::Constant, "", "As above, for this case."),
+        CASE_TOLERANCE,
         Key::optional("settings", Kind::Map(&Kind::Constant), "", "Settings of this case, besides those of the file."),
         Key::optional("inputs", Kind::Map(&Kind::Any), "", "Inputs at the start."),
         Key::optional("state", Kind::Map(&Kind::Constant), "", "Retained state that the block goes on from."),
@@ -95,7 +109,7 @@ pub static STEP: Section = Section {
     name: "[[case.step]]",
     doc: "One execution: what changes before it, what is expected after it.",
     keys: &[
-        Key::optional("name", Kind::Text, "", "What it is, for the report."),
+        STEP_NAME,
         Key::optional(
             "at",
             TIME,
@@ -117,7 +131,7 @@ pub static STEP: Section = Section {
             "State saved, a new instance, state restored. After a fault: a cold start.",
         ),
         Key::optional("swap", Kind::Text, "", "Another version takes over, with state, settings and inputs by name."),
-        Key::optional("allow-lossy", Kind::Bool, "false", "Whether the swap may clamp state that does not fit."),
+        ALLOW_LOSSY,
         Key::optional("expect", Kind::Table(&EXPECT), "", "What is expected."),
     ],
 };

@@ -1,7 +1,7 @@
 //! Finds and loads the components that a test file names.
 
 use super::model::Subject;
-use latchwork_block::Engine;
+use latchwork_block::{Engine, LoadError};
 use latchwork_image::nearest;
 use latchwork_schema::{Checker, Finding, Span};
 use std::path::{Path, PathBuf};
@@ -33,6 +33,27 @@ impl<'a> Finder<'a> {
 
     /// Loads a component and the class of it that is tested, or says what is in the way.
     pub fn subject(&mut self, checker: &mut Checker, name: &str, class: Option<&str>, span: &Span) -> Option<Subject> {
+        let help = "`class` is one that the component exports; leave it out where that is only one";
+        self.load(checker, name, class, span, help)
+    }
+
+    /// Loads another version of what runs: a component that exports the same class, in whatever version.
+    pub fn version(&mut self, checker: &mut Checker, name: &str, class: Option<&str>, span: &Span) -> Option<Subject> {
+        let bare = |name: &str| name.split_once('@').map_or(name, |(name, _)| name).to_owned();
+        // Where the old one is not known, whatever the new one exports will do for the checks that follow.
+        let help = "a version that takes over is of the class of the one before";
+        self.load(checker, name, class.map(bare).as_deref(), span, help)
+    }
+
+    /// With `help` where the component is of another class.
+    fn load(
+        &mut self,
+        checker: &mut Checker,
+        name: &str,
+        class: Option<&str>,
+        span: &Span,
+        help: &str,
+    ) -> Option<Subject> {
         let path = match self.path(name) {
             Ok(path) => path,
             Err(finding) => {
@@ -45,14 +66,11 @@ impl<'a> Finder<'a> {
             let template = component.template(&class)?;
             Ok(Subject { component, class, template })
         });
-        loaded.map_err(|e| checker.add(Finding::error(span, format!("{}: {e}", path.display())))).ok()
-    }
-
-    /// Loads another version of what runs: a component that exports the same class, in whatever version.
-    pub fn version(&mut self, checker: &mut Checker, name: &str, class: Option<&str>, span: &Span) -> Option<Subject> {
-        let bare = |name: &str| name.split_once('@').map_or(name, |(name, _)| name).to_owned();
-        // Where the old one is not known, whatever the new one exports will do for the checks that follow.
-        self.subject(checker, name, class.map(bare).as_deref(), span)
+        let wrong = |error: LoadError| {
+            let help = matches!(error, LoadError::UnknownClass { .. }).then(|| help.to_owned());
+            Finding::error(span, format!("{}: {error}", path.display())).maybe_help(help)
+        };
+        loaded.map_err(|error| checker.add(wrong(error))).ok()
     }
 
     /// The file of a component, or what is in the way.
@@ -64,7 +82,11 @@ impl<'a> Finder<'a> {
         if name.ends_with(".wasm") {
             let path = self.base.join(name);
             self.tried.push(path.clone());
-            return if path.is_file() { Ok(path) } else { Err(error(format!("there is no file {}", path.display()))) };
+            let missing = || {
+                let finding = error(format!("there is no file {}", path.display()));
+                finding.help("the path begins at the folder of the test file; a name without .wasm is looked for in `components`")
+            };
+            return if path.is_file() { Ok(path) } else { Err(missing()) };
         }
         let file = format!("{name}.wasm");
         for path in self.folders.iter().map(|f| f.join(&file)) {

@@ -25,6 +25,7 @@
 //! # }
 //! ```
 
+mod cells;
 mod change;
 mod columns;
 mod compare;
@@ -40,16 +41,18 @@ mod steps;
 mod table;
 mod tables;
 mod values;
+mod verdict;
 
 /// What test files of other subjects than components are read and told with.
 pub mod kit {
+    pub use super::cells::{Cells, Part, no_column, quality, words};
     pub use super::compare::compare;
     pub use super::history::{Column, History, Kind};
     pub use super::locate::Finder;
-    pub use super::model::Expected;
+    pub use super::model::{Expected, SetCell};
     pub use super::table::{Cell, Place, Row, Rows, rows};
-    pub use super::tables::{get, group, table, tables};
-    pub use super::values::{Group, Said, listed, quality_of, tolerance};
+    pub use super::tables::{cases, folders, get, group, table, tables};
+    pub use super::values::{Group, Said, listed, tolerance};
 }
 
 pub(crate) use locate::built;

@@ -6,11 +6,11 @@ use super::model::{Case, SetCell, Subject, TestFile};
 use super::ports::{inputs, retained, settings};
 use super::steps::Steps;
 use super::table::{Place, rows};
-use super::tables::{get, group, table, tables};
+use super::tables::{cases, folders, get, group, table, tables};
 use super::values::tolerance;
 use latchwork_block::Engine;
 use latchwork_schema::check::parse;
-use latchwork_schema::{Checker, Finding, Span, Value, Values, findings_json, render};
+use latchwork_schema::{Checker, Finding, Span, Values, findings_json, render};
 use std::path::{Path, PathBuf};
 use toml::de::DeTable;
 
@@ -20,7 +20,7 @@ const EVERY: u64 = 10_000_000;
 /// What the caller knows about where things are.
 #[derive(Clone, Debug, Default)]
 pub struct Options {
-    /// Folders of components, searched before those of the file.
+    /// Folders of components, searched before those of the file, and of the plant that it names.
     pub folders: Vec<PathBuf>,
 }
 
@@ -92,39 +92,18 @@ fn read<'a>(
 ) -> (Option<TestFile>, Vec<PathBuf>) {
     let start = 0..text.find('\n').unwrap_or(text.len());
     let values = table(checker, &keys::FILE, root, &start, &["case", "settings", "inputs"]);
-    let folders = match values.get("components") {
-        Some(Value::List(list)) => Some(list.iter().filter_map(|(v, _)| text_of(v)).collect()),
-        _ => None,
-    };
     let mut common = Common {
         place: Place::new(path, text),
-        finder: Finder::new(engine, path, folders, &options.folders),
+        finder: Finder::new(engine, path, folders(&values), &options.folders),
         subject: None,
     };
     if let Some(name) = values.text("component") {
         common.subject = common.finder.subject(checker, name, values.text("class"), &values.span_of("component"));
     }
     let shared = Start::read(checker, common.subject.as_ref(), root, &values, &Start::default());
-    let mut cases = Vec::new();
-    match get(root, "case") {
-        Some(entry) => {
-            for (item, span) in tables(checker, &entry, "[[case]]") {
-                let case = case(checker, &mut common, &shared, item, &span);
-                let twice = case.as_ref().is_some_and(|c: &Case| cases.iter().any(|o: &Case| o.name == c.name));
-                if let Some(case) = &case
-                    && twice
-                {
-                    let finding = Finding::error(&span, format!("there is another case \"{}\"", case.name));
-                    checker.add(finding.help("a case is known by its name: give it one of its own"));
-                }
-                cases.extend(case);
-            }
-        }
-        None => checker.add(
-            Finding::error(&start, "the file has no [[case]]")
-                .help("add one: [[case]], name = \"…\", and [[case.step]]"),
-        ),
-    }
+    let read =
+        |checker: &mut Checker, item: &'a DeTable<'a>, span: &Span| case(checker, &mut common, &shared, item, span);
+    let cases = cases(checker, root, &start, |case: &Case| &case.name, read);
     let mut files = common.finder.tried;
     files.extend(common.place.files);
     let file = common.subject.map(|subject| TestFile {
@@ -238,8 +217,4 @@ fn case(
         fault,
         steps,
     })
-}
-
-fn text_of(value: &Value) -> Option<String> {
-    if let Value::Text(text) = value { Some(text.clone()) } else { None }
 }

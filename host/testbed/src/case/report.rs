@@ -1,6 +1,6 @@
 //! What a run of tests found, for people and for scripts.
 
-use latchwork_image::format_duration;
+use latchwork_image::{format_duration, plain};
 use serde::Serialize;
 use std::fmt::Write;
 
@@ -76,14 +76,15 @@ pub struct TimelineRow {
 }
 
 impl Failure {
-    /// For a person, each line indented by `indent` spaces.
+    /// For a person, each line indented by `indent` spaces; nothing of it acts on a terminal, whatever a block says.
     pub fn render(&self, indent: usize) -> String {
         let pad = " ".repeat(indent);
-        let mut out = format!("{pad}{} (line {}) at {}\n", self.step, self.line, format_duration(self.at_ns));
+        let mut out = format!("{pad}{} (line {}) at {}\n", plain(&self.step), self.line, format_duration(self.at_ns));
         let width = self.mismatches.iter().map(|m| m.what.chars().count()).max().unwrap_or(0);
         for Mismatch { what, expected, got } in &self.mismatches {
             // Writing to a String never fails.
-            let _ = writeln!(out, "{pad}  {what:width$}  expected {expected}, got {got}");
+            let line = plain(&format!("{what:width$}  expected {expected}, got {got}"));
+            let _ = writeln!(out, "{pad}  {line}");
         }
         if !self.timeline.rows.is_empty() {
             out.push('\n');
@@ -95,11 +96,11 @@ impl Failure {
 
 impl Timeline {
     fn render(&self, out: &mut String, pad: &str) {
-        let head = std::iter::once("time".to_owned()).chain(self.columns.iter().cloned()).collect::<Vec<_>>();
+        let head = std::iter::once("time".to_owned()).chain(self.columns.iter().map(|c| plain(c))).collect::<Vec<_>>();
         let rows: Vec<Vec<String>> = self
             .rows
             .iter()
-            .map(|r| std::iter::once(format_duration(r.at)).chain(r.values.iter().cloned()).collect())
+            .map(|r| std::iter::once(format_duration(r.at)).chain(r.values.iter().map(|v| plain(v))).collect())
             .collect();
         let width = |column: usize| {
             let cells = rows.iter().chain([&head]).filter_map(|r: &Vec<String>| r.get(column));

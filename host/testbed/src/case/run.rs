@@ -1,9 +1,9 @@
 //! Runs cases at virtual time.
 
-use super::compare::compare;
-use super::history::{History, columns, names_of};
+use super::history::{History, columns};
 use super::model::{Case, Expect, Step, Subject, Takeover, TestFile};
 use super::report::{CaseReport, Failure, Mismatch, Timeline};
+use super::verdict::{Trouble, told};
 use latchwork_block::{Fault, Instance, Limits, Scan};
 
 /// Failures of a case that are told in full.
@@ -62,18 +62,6 @@ pub(super) struct Run<'a> {
     pub(super) elapsed: u64,
     pub(super) history: History,
     pub(super) report: CaseReport,
-}
-
-/// Why a block did not do what it was asked.
-pub(super) enum Trouble {
-    Fault(Fault),
-    Refused(String),
-}
-
-impl From<Fault> for Trouble {
-    fn from(fault: Fault) -> Self {
-        Self::Fault(fault)
-    }
 }
 
 impl<'a> Run<'a> {
@@ -231,65 +219,6 @@ impl<'a> Run<'a> {
         self.instance.is_some() || sound
     }
 
-    /// How something went against what was expected of it.
-    fn judge(
-        &self,
-        mismatches: &mut Vec<Mismatch>,
-        outcome: &Result<(), Trouble>,
-        refused: Option<&str>,
-        fault: Option<&str>,
-    ) {
-        let mut wrong = |what: &str, expected: String, got: String| {
-            mismatches.push(Mismatch { what: what.into(), expected, got });
-        };
-        let part = |refused: &str| format!("a refusal with \"{refused}\"");
-        match (outcome, refused, fault) {
-            (Ok(()), None, None) => {}
-            (Err(Trouble::Refused(sentence)), Some(part), None) if sentence.contains(part) => {}
-            (Err(Trouble::Fault(f)), None, Some(kind)) if f.kind.name() == kind => {}
-            (Err(Trouble::Refused(sentence)), Some(refused), _) => {
-                wrong("refused", part(refused), format!("\"{sentence}\""));
-            }
-            (Err(Trouble::Refused(sentence)), None, _) => {
-                wrong("refused", "no refusal".into(), format!("\"{sentence}\""))
-            }
-            (Err(Trouble::Fault(f)), _, kind) => {
-                wrong("fault", kind.unwrap_or("none").to_owned(), told(f));
-            }
-            (Ok(()), Some(refused), _) => wrong("refused", part(refused), "none".into()),
-            (Ok(()), None, Some(kind)) => wrong("fault", kind.to_owned(), "none".into()),
-        }
-    }
-
-    /// Outputs, alarms and state against what was expected.
-    fn compare(&mut self, step: &Step, mismatches: &mut Vec<Mismatch>) {
-        let results = &self.cells[self.ins.len()..];
-        step.expect.outputs.iter().for_each(|e| compare(e, results, mismatches));
-        if let Some((spoken, on)) = step.expect.alarms {
-            let names = &self.subject.class.alarms;
-            let got = if names.is_empty() { 0 } else { results.last().copied().unwrap_or(0) };
-            if got & spoken != on {
-                let named = |word| if word == 0 { "none".into() } else { names_of(names, word) };
-                let (expected, got) = (named(on), named(got & spoken));
-                mismatches.push(Mismatch { what: "alarms".into(), expected, got });
-            }
-        }
-        if step.expect.state.is_empty() {
-            return;
-        }
-        let Some(instance) = &mut self.instance else { return };
-        match instance.save() {
-            Ok(state) => {
-                let state = state.unwrap_or_default();
-                step.expect.state.iter().for_each(|e| compare(e, &state, mismatches));
-            }
-            Err(fault) => {
-                mismatches.push(Mismatch { what: "fault".into(), expected: "none".into(), got: told(&fault) });
-                self.instance = None;
-            }
-        }
-    }
-
     fn fail(&mut self, step: &str, line: usize, at: u64, mismatches: Vec<Mismatch>) {
         if self.report.failures.len() == FAILURES {
             self.report.more_failures += 1;
@@ -306,9 +235,4 @@ impl<'a> Run<'a> {
             self.report.failures[failure].timeline = timeline;
         }
     }
-}
-
-/// A fault as it is told.
-pub(super) fn told(fault: &Fault) -> String {
-    format!("{} ({})", fault.kind.name(), fault.message)
 }

@@ -61,26 +61,6 @@ impl Row<'_> {
         };
         columns.iter().copied().zip(&self.cells).filter(move |(_, cell)| !empty(cell))
     }
-
-    /// Words of a cell as a CSV file has them: `a|b`, `none`, `true`.
-    ///
-    /// # Errors
-    /// A finding: the cell is something else.
-    pub fn words(value: &DeValue<'_>, span: &Span) -> Result<String, Finding> {
-        Ok(match value {
-            DeValue::String(text) => text.to_string(),
-            DeValue::Boolean(b) => b.to_string(),
-            DeValue::Array(list) if list.is_empty() => "none".into(),
-            DeValue::Array(list) => {
-                let word = |v: &toml::Spanned<DeValue<'_>>| match v.get_ref() {
-                    DeValue::String(word) => Ok(word.to_string()),
-                    other => Err(Finding::error(&v.span(), format!("{}; expected a string", found(other)))),
-                };
-                list.iter().map(word).collect::<Result<Vec<_>, _>>()?.join("|")
-            }
-            other => return Err(Finding::error(span, format!("the cell is {}; expected a string", found(other)))),
-        })
-    }
 }
 
 /// Whoever takes the rows of tables.
@@ -158,6 +138,7 @@ fn csv(checker: &mut Checker, place: &mut Place<'_>, file: &str, span: &Span, to
         }
     };
     // Comments stand above the head alone: further down `#2` may be a name.
+    let text = text.strip_prefix('\u{feff}').unwrap_or(&text);
     let comments = text.lines().take_while(|l| l.starts_with('#')).count();
     let body = text.split_inclusive('\n').skip(comments).collect::<String>();
     let mut reader = csv::ReaderBuilder::new().trim(csv::Trim::All).from_reader(body.as_bytes());

@@ -1,7 +1,7 @@
 //! Tables within tables of a test file.
 
 use latchwork_schema::check::{entries, found};
-use latchwork_schema::{Checker, Entry, Finding, Section, Span, Values};
+use latchwork_schema::{Checker, Entry, Finding, Section, Span, Value, Values};
 use toml::de::{DeTable, DeValue};
 
 /// Reads a table by its section.
@@ -28,6 +28,38 @@ pub fn tables<'t>(checker: &mut Checker, entry: &Entry<'t>, name: &str) -> Vec<(
         }
     }
     list
+}
+
+/// The cases of a file whose first line is `start`, each read by `read`; no two of one name.
+pub fn cases<'t, C>(
+    checker: &mut Checker,
+    root: &'t DeTable<'t>,
+    start: &Span,
+    name: impl Fn(&C) -> &str,
+    mut read: impl FnMut(&mut Checker, &'t DeTable<'t>, &Span) -> Option<C>,
+) -> Vec<C> {
+    let mut cases: Vec<C> = Vec::new();
+    let Some(entry) = get(root, "case") else {
+        let finding = Finding::error(start, "the file has no [[case]]");
+        checker.add(finding.help("add one: [[case]], name = \"…\", and [[case.step]]"));
+        return cases;
+    };
+    for (item, span) in tables(checker, &entry, "[[case]]") {
+        let Some(case) = read(checker, item, &span) else { continue };
+        if cases.iter().any(|other| name(other) == name(&case)) {
+            let finding = Finding::error(&span, format!("there is another case \"{}\"", name(&case)));
+            checker.add(finding.help("a case is known by its name: give it one of its own"));
+        }
+        cases.push(case);
+    }
+    cases
+}
+
+/// The folders of `components`, as the file writes them.
+pub fn folders(values: &Values) -> Option<Vec<String>> {
+    let Some(Value::List(list)) = values.get("components") else { return None };
+    let text = |value: &Value| if let Value::Text(text) = value { Some(text.clone()) } else { None };
+    Some(list.iter().filter_map(|(value, _)| text(value)).collect())
 }
 
 /// One entry of a table.

@@ -104,6 +104,11 @@ impl Group<'_> {
     /// A constant for a port without quality: of settings or state.
     pub fn constant(&self, checker: &mut Checker, said: &Said<'_>) -> Option<u64> {
         let name = self.full(said.port);
+        if matches!(said.value, DeValue::Table(table) if table.contains_key("quality")) {
+            let message = format!("`{name}` is given a quality; only inputs and expected outputs have one");
+            checker.add(Finding::error(&said.span, message).help(alone(&self.ports[said.port])));
+            return None;
+        }
         let constant = plain(checker, &name, said.value, &said.span, "a value")?;
         checker.cell(&self.ports[said.port].ty, &constant, &name, &said.span)
     }
@@ -118,7 +123,7 @@ impl Group<'_> {
             return cell.map(|value| good(at, value, port.signal)).unwrap_or_default();
         };
         if !port.signal {
-            no_signal(checker, &name, port, &said.span);
+            no_signal(checker, &name, port, &said.span, &alone(port));
             return Vec::new();
         }
         let values = with_name(checker, &name, |checker| checker.table(&[&keys::SIGNAL], table, said.span.clone()));
@@ -149,7 +154,7 @@ impl Group<'_> {
         }
         expected.quality = quality(&values);
         if expected.quality.is_some() && !port.signal {
-            no_signal(checker, &name, port, &values.span_of("quality"));
+            no_signal(checker, &name, port, &values.span_of("quality"), &alone(port));
             return None;
         }
         if expected.value.is_none() && expected.quality.is_none() {
@@ -218,7 +223,7 @@ pub(super) fn good(cell: usize, value: u64, signal: bool) -> Vec<SetCell> {
 }
 
 /// A quality by its word.
-pub fn quality_of(word: &str) -> Option<Quality> {
+pub(super) fn quality_of(word: &str) -> Option<Quality> {
     [Quality::Good, Quality::Uncertain, Quality::Bad].into_iter().find(|q| q.name() == word)
 }
 
@@ -226,9 +231,15 @@ fn quality(values: &Values) -> Option<Quality> {
     values.text("quality").and_then(quality_of)
 }
 
-fn no_signal(checker: &mut Checker, name: &str, port: &Port, span: &Span) {
+/// A finding for the quality of a port that has none.
+pub(super) fn no_signal(checker: &mut Checker, name: &str, port: &Port, span: &Span, help: &str) {
     let message = format!("`{name}` is a plain {}, without quality", port.ty.kind());
-    checker.add(Finding::error(span, message).help(format!("write `{} = …` with the value alone", port.path)));
+    checker.add(Finding::error(span, message).help(help));
+}
+
+/// The way out where a quality is given that there is not.
+fn alone(port: &Port) -> String {
+    format!("write `{} = …` with the value alone", port.path)
 }
 
 /// Names in a sentence: the first of them, and how many there are besides.

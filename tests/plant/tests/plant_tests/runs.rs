@@ -85,13 +85,19 @@ fn a_restart_keeps_what_is_retained_and_the_world_outside() {
 fn tables_in_the_file_and_beside_it() {
     let csv = "at,name,inputs.field.open,outputs.count.outputs.cv,outputs.late.outputs.q.quality,settings.unit.settings.pulse\n\
                0ms,first,true,1,good,\n10ms,,false,1,,20ms\n20ms,,1,2,,\n";
-    Folder::new(PLANT).with("open.csv", csv.as_bytes()).passes(
+    // As spreadsheets write it: a mark of the encoding, bools in capitals.
+    let sheet = "\u{feff}at,inputs.field.open,outputs.count.outputs.cv,outputs.field.open\r\n\
+                 0ms,TRUE,1,TRUE\r\n10ms,FALSE,1,FALSE\r\n20ms,TRUE,2,TRUE\r\n";
+    Folder::new(PLANT).with("open.csv", csv.as_bytes()).with("sheet.csv", sheet.as_bytes()).passes(
         r#"
         plant = "plant.toml"
         tolerance = 0.5
         [[case]]
         name = "beside it"
         table = "open.csv"
+        [[case]]
+        name = "of a spreadsheet"
+        table = "sheet.csv"
         [[case]]
         name = "in it"
         [[case.table]]
@@ -186,6 +192,11 @@ fn whoever_waits_for_a_change_is_told_every_file_that_the_tests_are_made_of() {
     for name in ["plant.toml", "open.csv", "components/alarm-unit.wasm", "components/ton.wasm"] {
         assert!(checked.files.iter().any(|f| f.ends_with(name)), "{name} is not among {:?}", checked.files);
     }
+    // Also while the plant is not right: whoever builds the component that is missing is waited for.
+    let plant = "[lane.main]\nevery = \"10ms\"\n[block.a]\ncomponent = \"to-be-built\"\nlane = \"main\"\n";
+    let checked = Folder::new(plant).check("plant = \"plant.toml\"\n[[case]]\nname = \"c\"\nstep = [{}]\n");
+    assert!(checked.tests.is_none());
+    assert!(checked.files.iter().any(|f| f.ends_with("components/to-be-built.wasm")), "{:?}", checked.files);
 }
 
 #[test]
@@ -194,9 +205,9 @@ fn what_the_page_on_testing_a_plant_shows_passes() {
     let page = std::fs::read_to_string(root.join("docs/testing-a-plant.md")).expect("the page");
     let blocks: Vec<_> = page.split("```toml\n").skip(1).filter_map(|rest| rest.split("```").next()).collect();
     let head = "plant = \"plant.toml\"\ninputs = { gpio.door = true, gpio.beam = true, gpio.vacuum = true, gpio.level = true, gpio.air = true, gpio.heat = true }\n";
-    let table = format!("{head}{}", blocks[1]);
+    let table = format!("{head}{}", blocks[2]);
     let engine = engine();
-    for (example, text) in [("alarm-unit", blocks[0]), ("fast-interlock", &table), ("hot-swap", blocks[2])] {
+    for (example, text) in [("alarm-unit", blocks[0]), ("fast-interlock", &table), ("hot-swap", blocks[3])] {
         let path = root.join("examples").join(example).join("page.test.toml");
         let checked = check_text(&path, text.into(), &engine, &Options { folders: component_folders() });
         let Some(tests) = &checked.tests else { panic!("{}", checked.render(false)) };

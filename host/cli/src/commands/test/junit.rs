@@ -3,7 +3,7 @@
 use super::{Round, Tested, Timed};
 use crate::commands::alarms::printable;
 use anyhow::Result;
-use latchwork_image::format_duration;
+use latchwork_image::{format_duration, plain};
 use quick_xml::Writer;
 use quick_xml::events::{BytesDecl, BytesText, Event};
 use std::io;
@@ -28,7 +28,7 @@ pub(super) fn document(round: &Round) -> Result<Vec<u8>> {
 }
 
 fn suite(xml: &mut Xml, tested: &Tested) -> io::Result<()> {
-    let path = tested.checked.path.display().to_string();
+    let path = plain(&tested.checked.path.display().to_string());
     let failed = tested.cases.iter().filter(|c| !c.report.passed).count();
     let wrong = usize::from(tested.checked.tests.is_none());
     xml.create_element("testsuite")
@@ -51,7 +51,9 @@ fn suite(xml: &mut Xml, tested: &Tested) -> io::Result<()> {
 }
 
 fn case(xml: &mut Xml, path: &str, case: &Timed) -> io::Result<()> {
-    let name = printable(&case.report.name);
+    // Two names that differ in what may not stand in XML are two.
+    let name = plain(&case.report.name);
+    let name = printable(&name);
     let time = seconds(case.took);
     let path = printable(path);
     let element = xml
@@ -66,7 +68,7 @@ fn case(xml: &mut Xml, path: &str, case: &Timed) -> io::Result<()> {
         .map_or(String::new(), |m| format!(": {} expected {}, got {}", m.what, m.expected, m.got));
     let message = format!("{} at {}{what}", first.step, format_duration(first.at_ns));
     let text = case.report.failures.iter().map(|f| f.render(0)).collect::<Vec<_>>().join("\n");
-    element.write_inner_content(|xml| told(xml, "failure", &message, &text)).map(drop)
+    element.write_inner_content(|xml| told(xml, "failure", &plain(&message), &text)).map(drop)
 }
 
 /// What went wrong, in a line and in full.

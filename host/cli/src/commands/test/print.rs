@@ -2,6 +2,7 @@
 
 use super::{Round, Tested};
 use crate::report;
+use latchwork_image::plain;
 use std::time::Duration;
 
 /// A file: its cases, and what is wrong.
@@ -14,14 +15,15 @@ pub(super) fn file(tested: &Tested) {
     if tested.cases.is_empty() {
         return;
     }
-    let mut out = format!("{}  {}\n", checked.path.display(), tests.name());
+    let mut out = format!("{}  {}\n", plain(&checked.path.display().to_string()), plain(tests.name()));
     for case in tested.cases.iter().map(|c| &c.report) {
+        let name = plain(&case.name);
         let steps = format!("{} step{}", case.steps, if case.steps == 1 { "" } else { "s" });
         if case.passed {
-            out += &format!("  ok      {}  ({steps})\n", case.name);
+            out += &format!("  ok      {name}  ({steps})\n");
             continue;
         }
-        out += &format!("  FAILED  {}\n", case.name);
+        out += &format!("  FAILED  {name}\n");
         for failure in &case.failures {
             out += &format!("\n{}", failure.render(10));
         }

@@ -25,7 +25,7 @@ use latchwork_io::direct::Direct;
 use latchwork_record::SourceId;
 use std::os::fd::BorrowedFd;
 use std::sync::Arc;
-use std::sync::atomic::AtomicBool;
+use std::sync::atomic::{AtomicBool, AtomicU64};
 
 /// What makes a lane an interrupt lane.
 pub struct Interrupt {
@@ -54,6 +54,8 @@ pub struct EdgeInput {
     pub level: bool,
     /// Its level now, where the plant simulates it and only one of both edges starts the lane.
     pub now: Option<Arc<AtomicBool>>,
+    /// Its quality now as a cell, where the plant simulates it.
+    pub quality: Option<Arc<AtomicU64>>,
 }
 
 /// An input that a polling lane compares.

@@ -96,6 +96,11 @@ impl Interrupt {
             let cell = &mut cells[edge.cell as usize];
             changed |= edge.now.is_some() && *cell != u64::from(level);
             *cell = u64::from(level);
+            if let Some(quality) = &edge.quality {
+                let (cell, quality) = (&mut cells[edge.cell as usize + 1], quality.load(Ordering::Relaxed));
+                changed |= *cell != quality;
+                *cell = quality;
+            }
         }
         for part in &mut self.points {
             for input in &part.inputs {
