@@ -8,6 +8,7 @@ use latchwork_plant::check::{CheckOptions, check_file};
 use latchwork_plant::swap::save::{Keep, Saver};
 use latchwork_retain::{FILES, Retained, Saved, Store, Version, encode, read};
 use latchwork_tests_plant::{component_folders, engine};
+use std::io::Write;
 use std::path::Path;
 use std::process::{Command, Stdio};
 use std::sync::Arc;
@@ -216,12 +217,25 @@ fn one(writer: Writer, cut: Option<Cut>) -> Option<(TempDir, Ran)> {
     Some((folder, (done.calls.into_iter().map(|c| c.text).collect(), done.cut, state)))
 }
 
-/// Every cut of a writer, one after the other, and the calls of a run without one.
-fn all(writer: Writer) -> Option<(Vec<String>, Vec<(Cut, Result<State, String>)>)> {
-    let (_folder, (calls, cut, state)) = one(writer, None).or_else(|| {
-        eprintln!("SKIPPED no program may be traced here");
-        None
-    })?;
+/// Passes a test over that this machine lacks something for; where everything must be there it fails.
+fn skipped(why: &str) {
+    assert!(std::env::var_os("LATCHWORK_SKIP").is_none_or(|s| s != "never"), "{why}");
+    eprintln!("SKIPPED {why}");
+    if let Some(list) = std::env::var_os("LATCHWORK_SKIPPED") {
+        let file = std::fs::OpenOptions::new().append(true).open(list);
+        file.and_then(|mut f| writeln!(f, "{why}")).expect("the list of skipped tests");
+    }
+}
+
+/// A cut, and what is there after it.
+type Found = (Cut, Result<State, String>);
+
+/// The calls of a run without a cut, and every cut of the writer, one after the other.
+fn all(writer: Writer) -> Option<(Vec<String>, Vec<Found>)> {
+    let Some((_folder, (calls, cut, state))) = one(writer, None) else {
+        skipped("saves cut off at each system call: no program may be traced here");
+        return None;
+    };
     assert!(!cut && state == Ok(State::New), "{calls:?}: {state:?}");
     let mut found = Vec::new();
     for (n, call) in calls.iter().enumerate() {
@@ -241,7 +255,7 @@ fn all(writer: Writer) -> Option<(Vec<String>, Vec<(Cut, Result<State, String>)>
 
 /// All cuts leave the old, then all of them the new.
 #[track_caller]
-fn old_then_new(calls: &[String], found: &[(Cut, Result<State, String>)]) {
+fn old_then_new(calls: &[String], found: &[Found]) {
     let states: Vec<_> = found.iter().map(|(_, state)| state.clone()).collect();
     let olds = states.iter().take_while(|s| **s == Ok(State::Old)).count();
     assert!(states[olds..].iter().all(|s| *s == Ok(State::New)), "{calls:#?}: {found:#?}");
