@@ -11,7 +11,7 @@ use latchwork_tests_plant::{component_folders, engine};
 use std::io::Write;
 use std::path::Path;
 use std::process::{Command, Stdio};
-use std::sync::Arc;
+use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 use tempfile::TempDir;
 use tracer::{Cut, run, trace_me};
@@ -232,6 +232,9 @@ type Found = (Cut, Result<State, String>);
 
 /// The calls of a run without a cut, and every cut of the writer, one after the other.
 fn all(writer: Writer) -> Option<(Vec<String>, Vec<Found>)> {
+    // A program that is being started holds for a moment what this one has open, and with it the lock of another test's files.
+    static ALONE: Mutex<()> = Mutex::new(());
+    let _alone = ALONE.lock().unwrap_or_else(PoisonError::into_inner);
     let Some((_folder, (calls, cut, state))) = one(writer, None) else {
         skipped("saves cut off at each system call: no program may be traced here");
         return None;
