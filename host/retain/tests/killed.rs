@@ -1,23 +1,28 @@
 //! A process that is killed while it writes, again and again: what it called durable is there afterwards.
 
 use latchwork_retain::{FILES, Retained, Saved, Store, Version, read};
+use std::fs::File;
 use std::io::{BufRead, BufReader, Write};
+use std::os::unix::fs::FileExt;
 use std::path::Path;
 use std::process::{Command, Stdio};
 use std::sync::Arc;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 use tempfile::TempDir;
 
 /// Tells the child where to write.
 const FOLDER: &str = "LATCHWORK_RETAIN_KILLED";
 const KILLS: u64 = 200;
+/// For a writing to begin.
+const LIMIT: Duration = Duration::from_secs(30);
 
 /// Some blocks that all hold the same number: half of a writing would show.
 fn states(number: u64) -> Retained {
     let (class, component, schema) = ("test:a/b@1.0.0".into(), "b".into(), "n:u64".into());
     let version = Arc::new(Version { class, component, hash: String::new(), schema });
-    // Its length changes, so that old ends stand behind new ones.
-    let blocks = 1 + number * 37 % 150;
+    // Writing it takes long enough to be killed in the middle. Its length changes, so that old ends stand behind new ones, but
+    // not always: pieces of two as long as each other make sense together, but for the checksum.
+    let blocks = 1 + number / 8 * 37 % 150 * 40;
     let saved = Arc::new(Saved { version, time: number, wall: number, cells: [number].into() });
     Retained { blocks: (0..blocks).map(|n| (format!("b{n}"), Arc::clone(&saved))).collect() }
 }
@@ -65,10 +70,15 @@ fn what_was_durable_survives_a_kill_at_any_moment() {
         random ^= random >> 7;
         random ^= random << 17;
         std::thread::sleep(Duration::from_micros(random % 20_000));
+        // Now, or as soon as the next writing has begun.
+        if kill % 2 == 0 {
+            until_a_writing_begins(folder.path());
+        }
         child.kill().expect("it is killed");
         child.wait().expect("it ends");
         let last = lines.map_while(Result::ok).filter_map(|l| number(&l)).last().unwrap_or(first);
         let found = read(folder.path());
+        assert!(found.slot.is_some(), "kill {kill}: neither is whole: {:?}", found.damage);
         let now = found.retained.blocks["b0"].cells[0];
         assert_eq!(found.retained, states(now), "kill {kill}: half of a writing");
         // What was under way may have arrived whole.
@@ -77,6 +87,23 @@ fn what_was_durable_survives_a_kill_at_any_moment() {
         survived = now;
     }
     assert!(FILES.iter().all(|name| folder.path().join(name).is_file()));
+}
+
+/// Waits, for a bounded time, until the beginning of one of the files is another one: the rest of it is under way.
+fn until_a_writing_begins(folder: &Path) {
+    let files = FILES.map(|name| File::open(folder.join(name)).expect("a file"));
+    let begins = || {
+        files.each_ref().map(|file| {
+            let mut bytes = [0; 64];
+            file.read_at(&mut bytes, 0).expect("it is read");
+            bytes
+        })
+    };
+    let (before, end) = (begins(), Instant::now() + LIMIT);
+    while begins() == before {
+        assert!(Instant::now() < end, "it writes nothing any more");
+        std::hint::spin_loop();
+    }
 }
 
 fn number(line: &str) -> Option<u64> {

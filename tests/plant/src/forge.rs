@@ -24,6 +24,10 @@ pub enum Bad {
     Configure,
     /// It traps when its state is saved after an execution.
     Save,
+    /// It traps when its state is saved after more executions than these.
+    SaveAfter(u64),
+    /// It loops when its state is saved after an execution.
+    SaveForEver,
     /// It traps when it gets a state.
     Restore,
     /// It traps when it gets a state with a count beyond this one.
@@ -173,10 +177,12 @@ impl Counter {
                     "f32" => ("(f32.convert_i64_u (global.get $count))", "(i64.trunc_f32_u (local.get 0))"),
                     _ => ("(i32.wrap_i64 (global.get $count))", "(i64.extend_i32_u (local.get 0))"),
                 };
-                let save = if *bad == Bad::Save {
-                    "(if (i64.ne (global.get $n) (i64.const 0)) (then unreachable))"
-                } else {
-                    ""
+                let beyond = |n: u64, what| format!("(if (i64.gt_u (global.get $n) (i64.const {n})) (then {what}))");
+                let save = match bad {
+                    Bad::Save => beyond(0, "unreachable"),
+                    Bad::SaveAfter(n) => beyond(*n, "unreachable"),
+                    Bad::SaveForEver => beyond(0, "(loop $l (br $l))"),
+                    _ => String::new(),
                 };
                 let restore = match bad {
                     Bad::Restore => "unreachable".to_owned(),

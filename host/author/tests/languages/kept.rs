@@ -69,6 +69,7 @@ fn hash(language: Language, project: &Path, files: &[String]) -> String {
     let own = Path::new(env!("CARGO_MANIFEST_DIR"));
     let mut sources = Vec::new();
     collect(&own.join("src"), &mut sources);
+    collect(&own.join("../sections/src"), &mut sources);
     for source in sources {
         hash.update(std::fs::read(source).expect("a source"));
     }

@@ -355,6 +355,8 @@ impl Lane {
     pub(super) fn switch(&mut self, part: &mut Exchanging) {
         let index = part.block;
         self.untap(index as usize, TapSlot::Shadow);
+        // What was wanted of the version that goes is not asked of the one that comes, which may fail at it.
+        self.forget_keyframe(index, TapSlot::Recorder);
         let (block, other) = (&mut self.parts.blocks[index as usize], &mut part.other);
         let rest = &mut *block.rest;
         std::mem::swap(&mut block.instance, &mut other.instance);

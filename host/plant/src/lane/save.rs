@@ -95,6 +95,11 @@ impl Lane {
         }
     }
 
+    /// Nobody waits for this state any more.
+    pub(super) fn forget_keyframe(&mut self, block: u32, slot: TapSlot) {
+        self.keyframes.retain(|k| (k.block, k.slot) != (block, slot));
+    }
+
     /// Takes a request; it is done when there is time.
     pub(super) fn take_save(&mut self, save: Save, now: u64) {
         if self.saving.is_none() {

@@ -44,30 +44,21 @@ fn a_changed_recording_is_found_different() {
     let (_folder, path) = recorded();
     let recording = Recording::open(&path).expect("a recording");
     let (_, segments) = recording.blocks(1).find(|(name, _)| *name == "count").expect("the block");
-    // The same executions, but for one output that says something else.
-    let mut changed = latchwork_testbed::replay::header();
-    changed.extend(latchwork_testbed::replay::component_chunk(
-        recording.component(&segments[0].head.hash).expect("its component"),
-    ));
-    for (n, segment) in segments.iter().enumerate() {
-        let head = Head { executions: 0, missed: 0, ..segment.head.clone() };
-        let mut writer = latchwork_testbed::replay::Writer::new(head);
-        let mut events = segment.events();
-        let mut at = 0;
-        while let Some(event) = events.next_event().expect("whole") {
-            let Event::Execution { scan, arguments, outputs: Ok(outputs) } = event else { continue };
-            let mut outputs = outputs.to_vec();
-            outputs[1] ^= u64::from(n == 1 && at == 7);
-            writer.add(Event::Execution { scan, arguments, outputs: Ok(&outputs) });
-            at += 1;
-        }
-        changed.extend(latchwork_testbed::replay::segment_chunk(&writer.cut(Start::Continued).expect("not empty")));
-    }
-    let file = TempDir::new().expect("a folder");
-    let file = file.path().join("changed.latchrec");
-    std::fs::create_dir_all(file.parent().expect("a folder")).expect("made");
-    std::fs::write(&file, changed).expect("written");
-    let replayed = again(&Recording::open(&file).expect("a recording"), "count", &Options::default());
+    // The same executions, but for one output of the second segment that says something else.
+    let segment = &segments[1];
+    let mut at = 0;
+    let mut writer = Writer::new(Head { executions: 0, missed: 0, ..segment.head.clone() });
+    each_event(std::slice::from_ref(segment), |event| {
+        let Event::Execution { scan, arguments, outputs: Ok(outputs) } = event else { return };
+        let mut outputs = outputs.to_vec();
+        outputs[1] ^= u64::from(at == 7);
+        writer.add(Event::Execution { scan, arguments, outputs: Ok(&outputs) });
+        at += 1;
+    });
+    let changed = writer.cut(Start::Continued).expect("not empty");
+    let all = segments.iter().enumerate().map(|(n, segment)| if n == 1 { &changed } else { segment });
+    let (_folder, recording) = written(&recording, all);
+    let replayed = again(&recording, "count", &Options::default());
     assert!(!replayed.equal());
     assert_ne!(replayed.recorded, replayed.replayed);
     assert_eq!(replayed.different, 1);
@@ -81,14 +72,8 @@ fn settings_and_commands_are_in_the_recording() {
     let replayed = again(&recording, "n", &Options::default());
     assert!(replayed.equal(), "{replayed:#?}");
     assert_eq!(replayed.executions, 100);
-    let (_, segments) = recording.blocks(1).next().expect("a block");
     let mut settings = 0;
-    for segment in segments {
-        let mut events = segment.events();
-        while let Some(event) = events.next_event().expect("whole") {
-            settings += u64::from(matches!(event, Event::Settings { .. }));
-        }
-    }
+    each_event(segments(&recording), |event| settings += u64::from(matches!(event, Event::Settings { .. })));
     assert_eq!(settings, 1);
 }
 
@@ -118,14 +103,8 @@ fn a_class_that_retains_nothing_is_exact_only_from_its_cold_start_and_the_report
     let whole = again(&recording, "n", &Options::default());
     assert!(whole.equal() && whole.notes.is_empty(), "{whole:#?}");
     // Without its beginning, as after the oldest files have gone.
-    let (_, segments) = recording.blocks(1).next().expect("a block");
-    let mut bytes = latchwork_testbed::replay::header();
-    bytes.extend(latchwork_testbed::replay::component_chunk(recording.component(&segments[0].head.hash).expect("it")));
-    segments[1..].iter().for_each(|s| bytes.extend(latchwork_testbed::replay::segment_chunk(s)));
-    let folder = TempDir::new().expect("a folder");
-    let file = folder.path().join("late.latchrec");
-    std::fs::write(&file, bytes).expect("written");
-    let late = again(&Recording::open(&file).expect("a recording"), "n", &Options::default());
+    let (_folder, late) = written(&recording, &segments(&recording)[1..]);
+    let late = again(&late, "n", &Options::default());
     assert!(late.notes.iter().any(|n| n.contains("retains nothing")), "{late:#?}");
     assert!(!late.equal(), "its count is not in the recording");
 }
@@ -149,17 +128,14 @@ fn an_interrupt_lane_is_recorded_with_the_times_of_its_edges_and_replayed_equal(
         let replayed = again(&recording, "n", &Options::default());
         assert!(replayed.equal(), "{replayed:#?}");
         assert!(replayed.executions >= least && replayed.skipped == 0, "{replayed:#?}");
-        let (_, segments) = recording.blocks(1).next().expect("a block");
+        let segments = segments(&recording);
         assert!(segments.iter().any(|s| matches!(s.head.start, Start::State(_))), "states come without edges, too");
         let mut times = Vec::new();
-        for segment in segments {
-            let mut events = segment.events();
-            while let Some(event) = events.next_event().expect("whole") {
-                if let Event::Execution { scan, .. } = event {
-                    times.push(scan.now);
-                }
+        each_event(segments, |event| {
+            if let Event::Execution { scan, .. } = event {
+                times.push(scan.now);
             }
-        }
+        });
         for edge in [100_300_000, 100_700_000, 731_000_001, 1_234_000_000, 1_800_000_000] {
             assert!(times.contains(&edge), "{edge}: {times:?}");
         }

@@ -5,6 +5,7 @@ mod equal;
 mod faults;
 mod files;
 mod other;
+mod states;
 mod swaps;
 
 use latchwork_block::{Engine, FaultKind, Ticker};
@@ -13,7 +14,10 @@ use latchwork_plant::lane::Change;
 use latchwork_plant::operate::{Answer, Operation, Operator};
 use latchwork_plant::run::{Control, Observer, RunOptions, resolve_stimulus, run_virtual};
 use latchwork_record::{Kept, Kind, Record};
-use latchwork_testbed::replay::{Event, Head, Options, Recording, Replayed, Start, Tolerances, export, replay};
+use latchwork_testbed::replay::{
+    Event, Head, Options, Recording, Replayed, Segment, Start, Tolerances, Writer, component_chunk, export, header,
+    replay, segment_chunk,
+};
 use latchwork_tests_plant::forge::{Bad, Counter};
 use latchwork_tests_plant::{Rig, engine};
 use std::path::{Path, PathBuf};
@@ -103,6 +107,57 @@ fn last_run(recording: &Recording) -> u64 {
 fn executions(recording: &Recording, block: &str) -> u64 {
     let (_, segments) = recording.blocks(last_run(recording)).find(|(name, _)| *name == block).expect("the block");
     segments.iter().map(|s| s.head.executions).sum()
+}
+
+/// The segments of the last run's only recorded block.
+fn segments(recording: &Recording) -> &[Segment] {
+    recording.blocks(last_run(recording)).next().expect("a block").1
+}
+
+/// All that has happened in segments, one after the other.
+fn each_event(segments: &[Segment], mut look: impl FnMut(Event<'_>)) {
+    for segment in segments {
+        let mut events = segment.events();
+        while let Some(event) = events.next_event().expect("whole") {
+            look(event);
+        }
+    }
+}
+
+/// A recording in one file, with the component of its segments from another one.
+fn written<'a>(of: &Recording, segments: impl IntoIterator<Item = &'a Segment>) -> (TempDir, Recording) {
+    let (mut bytes, mut of_component) = (header(), None);
+    for segment in segments {
+        if of_component.is_none() {
+            bytes.extend(component_chunk(of.component(&segment.head.hash).expect("its component")));
+            of_component = Some(&segment.head.hash);
+        }
+        bytes.extend(segment_chunk(segment));
+    }
+    opened(&bytes)
+}
+
+/// A recording in one file.
+fn opened(bytes: &[u8]) -> (TempDir, Recording) {
+    let folder = TempDir::new().expect("a folder");
+    let file = folder.path().join("x.latchrec");
+    std::fs::write(&file, bytes).expect("written");
+    let recording = Recording::open(&file).expect("a recording");
+    (folder, recording)
+}
+
+/// The same segment with other events; the first one of a recording is number 0, and `n` counts on.
+fn rewritten(
+    segment: &Segment,
+    n: &mut usize,
+    mut change: impl for<'a> FnMut(usize, Event<'a>) -> Event<'a>,
+) -> Segment {
+    let mut writer = Writer::new(Head { executions: 0, missed: 0, ..segment.head.clone() });
+    each_event(std::slice::from_ref(segment), |event| {
+        writer.add(change(*n, event));
+        *n += 1;
+    });
+    writer.cut(Start::Continued).expect("not empty")
 }
 
 /// A plant with a counter, recorded for a second.

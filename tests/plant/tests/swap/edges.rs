@@ -42,6 +42,28 @@ fn a_version_that_fails_at_an_edge_gives_way_at_that_edge_and_no_edge_is_lost() 
     }
 }
 
+#[test]
+fn a_shadow_in_an_interrupt_lane_sees_the_very_edges_and_loses_none() {
+    // Others show the count and the version that run.
+    let same = Counter { default_step: 2, ..Counter::new(1) };
+    let other = Counter { off: Some((5, 1)), ..Counter::new(1) };
+    for (candidate, expected) in [(same, &["shadow", "exchanged", "kept"][..]), (other, &["shadow", "refused"])] {
+        let edge = |n: u64| format!("{}ms,gpio.door,{}\n", 200 + 10 * n, n.is_multiple_of(2));
+        let rows = format!("100ms,swap.count,v2.wasm shadow=10 probation=5\n{}", (0..40).map(edge).collect::<String>());
+        let ran = rig(&candidate).stimulus(&rows).run_for(S);
+        let told: Vec<_> = ran.records.iter().filter(|r| r.kind == Kind::Swap && r.source == "count").collect();
+        let transitions: Vec<_> = told.iter().map(|r| &*r.transition).collect();
+        assert_eq!(transitions, [&["asked"][..], expected].concat(), "{told:#?}");
+        // Nothing is compared before an edge comes.
+        assert!(told[2].time >= 200 * MS, "{told:#?}");
+        // An execution at the start, then one for each edge.
+        let counts: Vec<_> = ran.history("count.outputs.count").into_iter().map(|(time, n)| (time / MS, n)).collect();
+        let edges = (0..40).map(|n| (200 + 10 * n, (n + 2).to_string()));
+        let wanted: Vec<_> = [(0, "1".to_owned())].into_iter().chain(edges).collect();
+        assert!(counts.iter().copied().eq(wanted.iter().map(|(time, n)| (*time, n.as_str()))), "{counts:?}");
+    }
+}
+
 /// The lane alone, with its edges and its clock in the test's hand.
 struct Bench {
     rig: Rig,

@@ -45,6 +45,43 @@ fn a_narrower_state_needs_leave() {
 }
 
 #[test]
+fn every_widening_carries_the_count_over_and_every_narrowing_needs_leave() {
+    let swapped = |old, new, options: &str| {
+        let [first, second] = [(1, old), (2, new)].map(|(n, ty)| Counter { retained: Some(ty), ..Counter::new(n) });
+        let rig = plant_with(&first, "").with("v2", &second.component());
+        rig.stimulus(&format!("1s,swap.count,v2.wasm {options}\n")).run_for(2 * S)
+    };
+    for (old, new) in [
+        ("u8", "u16"),
+        ("u8", "s16"),
+        ("u16", "u32"),
+        ("u32", "u64"),
+        ("u32", "s64"),
+        ("s32", "s64"),
+        ("f32", "f64"),
+        ("u16", "f32"),
+        ("u32", "f64"),
+    ] {
+        let ran = swapped(old, new, "");
+        undisturbed(&ran, 200);
+        assert_eq!(ran.history("count.outputs.version"), [(0, "1"), (S, "2")], "{old} to {new}");
+    }
+    for (old, new) in
+        [("u32", "u16"), ("u64", "u32"), ("u32", "s32"), ("s64", "u64"), ("u64", "f64"), ("f64", "f32"), ("f64", "u32")]
+    {
+        let ran = swapped(old, new, "");
+        undisturbed(&ran, 200);
+        assert_eq!(ran.history("count.outputs.version"), [(0, "1")], "{old} to {new}");
+        let why = format!("`count` would lose something: from {old} to {new}; allow it with");
+        assert!(text(&ran, "count", "refused").contains(&why), "{}", text(&ran, "count", "refused"));
+        // What is there fits: with leave nothing is lost.
+        let ran = swapped(old, new, "allow-lossy");
+        undisturbed(&ran, 200);
+        assert_eq!(ran.at("count.outputs.version", S), "2", "{old} to {new}");
+    }
+}
+
+#[test]
 fn a_version_that_retains_nothing_starts_cold() {
     let cold = Counter { retained: None, ..Counter::new(2) };
     let ran = plant().with("v2", &cold.component()).stimulus("1s,swap.count,v2.wasm\n").run_for(2 * S);

@@ -133,6 +133,26 @@ fn a_rollback_that_was_refused_can_be_tried_again() {
 }
 
 #[test]
+fn a_shadow_lets_deviations_pass_that_are_within_their_tolerances_and_no_others() {
+    // From its fifth execution on it shows 2 more than the one that runs.
+    let candidate = Counter { off: Some((5, 2)), ..Counter::new(2) };
+    let within = |count| {
+        let tolerance = |tag: &str, within| Tolerance { tag: tag.into(), within };
+        let tolerances = vec![tolerance("count.outputs.version", 1.0), tolerance("count.outputs.count", count)];
+        let shadowed = SwapOrder { shadow: 20, tolerances, ..order(&candidate, 5) };
+        run(&alone(&Counter::new(1)), vec![(200, swap(shadowed)), (800, read("count.outputs.version"))])
+    };
+    let passes = within(2.0);
+    assert_eq!((passes.told("exchanged").len(), passes.told("refused").len()), (1, 0), "{:#?}", passes.records);
+    assert_eq!(passes.read(1), ["2"]);
+    let differs = within(1.0);
+    let refused = differs.told("refused");
+    assert!(refused.len() == 1 && refused[0].contains("outputs.count"), "{refused:?}");
+    assert!(!refused[0].contains("outputs.version"), "{refused:?}");
+    assert_eq!((differs.told("exchanged").len(), differs.read(1)), (0, vec!["1".to_owned()]));
+}
+
+#[test]
 fn what_operators_have_begun_during_the_shadow_stops_a_swap() {
     let first = Counter { double: true, ..Counter::new(1) };
     // The version is an output: it differs, and may.

@@ -118,6 +118,28 @@ fn blocks_of_two_lanes_at_once() {
 }
 
 #[test]
+fn several_of_which_one_is_refused() {
+    for (second, why) in [
+        (Counter::new(3).bad(Bad::RefusesBeyond(0)).component(), "refuses its settings: this step is too wide"),
+        (Counter { class: "adder", ..Counter::new(3) }.component(), "change of class"),
+        (Counter { pages: 100, ..Counter::new(3) }.component(), "limit of 4 MiB"),
+        (b"hello".to_vec(), "expected a WebAssembly component"),
+    ] {
+        // Whichever stands first in the order.
+        for order in ["count,v2.wasm other v3.wasm", "other,v3.wasm count v2.wasm"] {
+            let rig = plant().with("v2", &Counter::new(2).component()).with("v3", &second);
+            let ran = rig.stimulus(&format!("1s,swap.{order}\n")).run_for(2 * S);
+            undisturbed(&ran, 200);
+            for block in ["count", "other"] {
+                assert_eq!(ran.history(&format!("{block}.outputs.version")), [(0, "1")], "{order}: {why}");
+            }
+            let refused: Vec<_> = ran.records.iter().filter(|r| r.transition == "refused").collect();
+            assert!(refused.iter().any(|r| r.text.contains(why)), "{why}: {refused:#?}");
+        }
+    }
+}
+
+#[test]
 fn the_same_block_twice_in_one_order_and_in_two() {
     let v2 = Counter::new(2).component();
     refuses(plant().with("v2", &v2), "v2.wasm count v2.wasm", "named twice");
