@@ -106,7 +106,7 @@ fn a_state_waits_for_time_between_two_scans_but_not_for_ever() {
     // No time is left, for less than a second.
     (12..110).for_each(|i| scan_with(&mut plant, i, 0));
     assert_eq!(told(&mut reader), [""; 0]);
-    send(&mut plant, Request::Keyframe { block: 1, slot: TapSlot::Recorder });
+    send(&mut plant, Request::Keyframe { block: 1, version: 0, slot: TapSlot::Recorder });
     (110..115).for_each(|i| scan_with(&mut plant, i, 0));
     let lines = told(&mut reader);
     assert!(lines[0].starts_with("State { last: 1120000000, state: Retained("), "{lines:?}");

@@ -60,10 +60,12 @@ pub enum Request {
         /// The lane's end; it comes back by [`super::Report::Tap`].
         tap: Box<Tap>,
     },
-    /// Sends a tap the block's state, when there is time.
+    /// Sends a tap the block's state, when there is time; nothing when another version has come meanwhile.
     Keyframe {
         /// Index of the block in the lane.
         block: u32,
+        /// Number of the version whose state is wanted.
+        version: u64,
         /// Who listens.
         slot: TapSlot,
     },
@@ -148,7 +150,11 @@ impl Lane {
                 Ok(Request::Exchange(exchange)) => self.take_exchange(exchange, now, clock),
                 Ok(Request::TakeBack { number }) => self.take_back(number, now, clock),
                 Ok(Request::Tap { block, slot, tap }) => self.tap(block as usize, slot, tap, now),
-                Ok(Request::Keyframe { block, slot }) => self.keyframe(block as usize, slot, now),
+                Ok(Request::Keyframe { block, version, slot }) => {
+                    if self.parts.blocks.get(block as usize).is_some_and(|b| b.rest.version == version) {
+                        self.keyframe(block as usize, slot, now);
+                    }
+                }
                 Ok(Request::Untap { block, slot }) => self.untap(block as usize, slot),
                 Err(_) => break,
             }

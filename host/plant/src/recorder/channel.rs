@@ -120,11 +120,14 @@ impl Channel {
         self.saves.iter().find(|(known, _)| *known == version).and_then(|(_, saves)| *saves)
     }
 
-    /// At most one state is on its way, and none that nobody needs.
-    pub(super) fn is_due(&self, now: u64) -> bool {
-        let begun = |s: &Stream| s.writer.is_some() || s.head.is_some();
-        let can = self.streams.iter().any(|s| !s.waits && begun(s) && self.saves(s.version) == Some(true));
-        can && self.changed && self.asked.is_none() && now >= self.due
+    /// Number of the version whose state is due: at most one is on its way, and none that nobody needs.
+    pub(super) fn is_due(&self, now: u64) -> Option<u64> {
+        if !self.changed || self.asked.is_some() || now < self.due {
+            return None;
+        }
+        let begun = |s: &&Stream| !s.waits && (s.writer.is_some() || s.head.is_some());
+        let mut streams = self.streams.iter().filter(begun);
+        streams.find(|s| self.saves(s.version) == Some(true)).map(|s| s.version)
     }
 
     pub(super) fn asked(&mut self, now: u64, keyframe: u64) {

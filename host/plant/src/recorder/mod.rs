@@ -227,13 +227,12 @@ impl Plant {
         let recorder = &mut self.recorder;
         for index in 0..recorder.channels.len() {
             let lane = recorder.channels[index].lane();
-            if !recorder.channels[index].is_due(now)
-                || recorder.channels.iter().any(|c| c.lane() == lane && c.waits_for_state(now, PATIENCE))
-            {
+            let Some(version) = recorder.channels[index].is_due(now) else { continue };
+            if recorder.channels.iter().any(|c| c.lane() == lane && c.waits_for_state(now, PATIENCE)) {
                 continue;
             }
             let channel = &mut recorder.channels[index];
-            let request = Request::Keyframe { block: channel.place(), slot: TapSlot::Recorder };
+            let request = Request::Keyframe { block: channel.place(), version, slot: TapSlot::Recorder };
             if self.supervisor.send(lane, request).is_ok() {
                 channel.asked(now, recorder.keyframe);
             }

@@ -33,15 +33,16 @@ fn a_block_whose_state_cannot_be_saved_is_recorded_from_its_cold_start_on_and_ne
 
 #[test]
 fn a_version_whose_state_cannot_be_saved_is_recorded_from_the_exchange_on_and_never_asked_for_one() {
-    for bad in CANNOT {
+    // Between two states, and in the very turn in which one is due.
+    for (bad, count) in CANNOT.into_iter().flat_map(|bad| [(bad, 55), (bad, 50)]) {
         let versions = [&Counter::new(1), &Counter::new(2).bad(bad)];
-        let rows = "0.55s,swap.n,v2.wasm probation=5\n1s,n.settings.step,3\n";
-        let (records, recording) = swapped(versions, rows, "100ms", 2 * SECOND);
+        let rows = format!("0.{count}s,swap.n,v2.wasm probation=5\n1s,n.settings.step,3\n");
+        let (records, recording) = swapped(versions, &rows, "100ms", 2 * SECOND);
         no_fault(&records, "n");
         let second: Vec<_> =
-            segments(&recording).iter().filter(|s| s.head.from >= 55 * SECOND / 100).cloned().collect();
+            segments(&recording).iter().filter(|s| s.head.from >= count * SECOND / 100).cloned().collect();
         // That of the exchange, which the version before has saved.
-        assert_eq!((states(&second), &second[0].head.start), (1, &Start::State(vec![55])), "{bad:?}");
+        assert_eq!((states(&second), &second[0].head.start), (1, &Start::State(vec![count])), "{bad:?} {count}");
         let replayed = again(&recording, "n", &Options::default());
         assert!(replayed.equal(), "{bad:?}: {replayed:#?}");
         assert_eq!((replayed.executions, replayed.skipped, replayed.missed), (200, 0, 0), "{bad:?}");
