@@ -126,6 +126,7 @@ fn names_that_a_language_has_no_way_to_write_are_refused_before_anything_is_writ
     attempt(&two, &[Language::C, Language::Cpp, Language::Go]);
     attempt(&hidden, &[Language::Go]);
     attempt(&renamed, &[Language::Rust]);
+    attempt(&with("", "bool, gen: bool"), &[Language::Rust]);
     attempt(&with("    enum %flag { up, down }\n", "%flag"), &[Language::Python]);
     attempt(&with("    enum %enum { one, two }\n", "%enum"), &[Language::Python]);
     insta::assert_snapshot!(seen);

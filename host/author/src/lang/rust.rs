@@ -56,18 +56,17 @@ fn import(ty: &TypeDef) -> String {
     format!("pub use {exports}{module}::{there}{renamed};\n")
 }
 
-/// wit-bindgen writes a name `gen` as it is, which is a word of Rust's edition of 2024.
-fn edition(class: &Class) -> &'static str {
+/// What wit-bindgen does not get through the compiler: it writes a name `gen` as it is, and `Self` for `self`.
+pub(super) fn refuses(class: &Class) -> Option<String> {
+    let own = class.types.iter().find(|t| camel(&t.home.name) == "Self").map(|t| &t.home.name);
+    if let Some(own) = own {
+        return Some(format!("a type of the name `{own}` is `Self`, which every type of Rust is to itself"));
+    }
     let fields = class.types.iter().enumerate().flat_map(|(i, _)| class.fields(i)).map(|f| &f.name);
     let homes = class.types.iter().flat_map(|t| [&t.home.package.0, &t.home.package.1, &t.home.interface]);
     let mut names = fields.chain(homes).chain([&class.package.0, &class.package.1, &class.name]);
-    if names.any(|name| snake(name) == "gen") { "2021" } else { "2024" }
-}
-
-/// What wit-bindgen does not get through the compiler.
-pub(super) fn refuses(class: &Class) -> Option<String> {
-    let own = class.types.iter().find(|t| camel(&t.home.name) == "Self")?;
-    Some(format!("a type of the name `{}` is `Self`, which every type of Rust is to itself", own.home.name))
+    let taken = names.any(|name| snake(name) == "gen");
+    taken.then(|| "`gen` is a word of Rust, which wit-bindgen does not know for one".into())
 }
 
 fn constant(ty: &str, label: &str) -> String {
@@ -128,10 +127,9 @@ fn signature(class: &Class, receiver: &str) -> String {
 pub(super) fn authored(block: &Block) -> Vec<File> {
     let (class, name) = (&block.class, &block.name);
     let manifest = format!(
-        "[package]\nname = \"{name}\"\nversion = \"0.1.0\"\nedition = \"{}\"\n\n[lib]\ncrate-type = [\"cdylib\"]\n\n\
+        "[package]\nname = \"{name}\"\nversion = \"0.1.0\"\nedition = \"2024\"\n\n[lib]\ncrate-type = [\"cdylib\"]\n\n\
          [dependencies]\nwit-bindgen = \"={WIT_BINDGEN}\"\n\n[profile.release]\nopt-level = \"s\"\nlto = true\npanic = \"abort\"\nstrip = true\n\n\
-         # Not part of a workspace that may be around it.\n[workspace]\n",
-        edition(class)
+         # Not part of a workspace that may be around it.\n[workspace]\n"
     );
     let mut out = comment(super::tagline(class), "//!");
     out +=
