@@ -23,6 +23,8 @@ const WARM_UP: u64 = 64;
 /// Executions of the long one, as a power of two; and the fewest by which growth is judged.
 const SOAK: u32 = 16;
 const LEAST_SOAK: u32 = 13;
+/// Less than this is no long one.
+const FEWEST: u32 = 8;
 /// Note where growth is not judged.
 pub(crate) const TOO_FEW: &str = "too few executions to tell whether its memory grows for ever";
 /// When a block is stopped, ns, unless its budget is so long that it needs more.
@@ -172,6 +174,11 @@ impl<'a> Search<'a> {
 
     /// Long runs of the same sequence: whether memory grows for ever, and what comes only after thousands of executions.
     fn soak(&mut self, generator: &mut Generator<'_>, power: u32) {
+        // A block that is so slow has had its executions, and the time is over.
+        if power < FEWEST {
+            self.notes.push(TOO_FEW.into());
+            return;
+        }
         for (number, own) in [true, false].into_iter().enumerate() {
             let mut rng = rng(self.options.seed, u64::MAX - number as u64);
             let body = generator.soak(&mut rng, own);
@@ -191,7 +198,7 @@ impl<'a> Search<'a> {
     fn soak_power(&self, sequences: Option<u64>) -> u32 {
         let by_number = sequences.map_or(SOAK, |n| n.saturating_mul(256).max(256).ilog2());
         let pace = self.shares.searching() / self.trial.sums.executions.max(1) + 1;
-        let by_time = self.options.time.map_or(SOAK, |t| (t / 8 / pace).max(256).ilog2());
+        let by_time = self.options.time.map_or(SOAK, |t| (t / 8 / pace).max(1).ilog2());
         by_number.min(by_time).min(SOAK)
     }
 

@@ -49,7 +49,7 @@ fn at_counted_time(time: u64, step: u64) -> (Report, u64) {
 
 #[test]
 fn shrinking_ends_with_its_share_of_the_time_and_the_search_goes_on() {
-    let (whole, _) = at_counted_time(10_000_000, 1);
+    let (whole, _) = at_counted_time(100_000, 1);
     assert!(whole.findings[0].smallest, "{whole:#?}");
     // A few looks at the clock for all of the shrinking.
     let (cut, end) = at_counted_time(40, 1);
