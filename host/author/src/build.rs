@@ -32,6 +32,7 @@ pub struct Built {
 pub fn build(folder: &Path, say: &mut dyn FnMut(&str)) -> Result<Built, AuthorError> {
     let manifest = Manifest::read(folder)?;
     let (resolve, world, class) = wit::of_project(folder, manifest.class.as_deref())?;
+    manifest.language.refuses(&class)?;
     let block = Block { name: manifest.name.clone(), abi: Abi::of(&class), class };
     for file in manifest.language.generated(&block) {
         // An unchanged file keeps its time: the language's own tool may have nothing to do.

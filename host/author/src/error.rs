@@ -54,6 +54,16 @@ pub enum AuthorError {
         /// What does not fit.
         why: String,
     },
+    /// A class whose names a language has no way to write.
+    #[error("`{id}` cannot be written in {language}: {why}; give it another name in the WIT, or take another language")]
+    Names {
+        /// The class.
+        id: String,
+        /// The language.
+        language: &'static str,
+        /// Which name, and what it collides with.
+        why: String,
+    },
     /// A folder of WIT with no class or several.
     #[error("{} has {}", .folder.display(), which(.found))]
     WhichClass {

@@ -35,6 +35,14 @@ pub(crate) fn unless(taken: &[&str], name: String) -> String {
     if taken.contains(&name.as_str()) { name + "Type" } else { name }
 }
 
+/// The first two that have become one name, as they are in WIT: of pairs of that and what has become of it.
+pub(crate) fn twice(names: &[(String, String)]) -> Option<(&str, &str)> {
+    names.iter().enumerate().find_map(|(i, (second, name))| {
+        let first = names[..i].iter().find(|(_, other)| other == name)?;
+        Some((first.0.as_str(), second.as_str()))
+    })
+}
+
 /// Whether a project can have this name: it becomes a crate, a package and a file of that name.
 pub(crate) fn is_name(name: &str) -> bool {
     name.len() <= 64

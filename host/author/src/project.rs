@@ -36,7 +36,8 @@ pub struct Project {
 /// Writes the project `name` into a new folder of that name inside `parent`.
 ///
 /// # Errors
-/// A name that is none, a folder that exists, an unknown class, WIT that cannot be read or is no class. Nothing is left
+/// A name that is none, a folder that exists, an unknown class, WIT that cannot be read or is no class, names that the language
+/// cannot write. Nothing is left
 /// behind then.
 pub fn create(parent: &Path, name: &str, language: Language, class: &ClassChoice) -> Result<Project, AuthorError> {
     free(parent, name)?;
@@ -45,6 +46,7 @@ pub fn create(parent: &Path, name: &str, language: Language, class: &ClassChoice
         ClassChoice::Shipped(class) => wit::shipped(class, !language.interprets())?,
         ClassChoice::Own { folder, class } => wit::own(folder, class.as_deref(), !language.interprets())?,
     };
+    language.refuses(&found.class)?;
     let class = found.class.id.clone();
     let files = files(name, language, found);
     // A folder that appears meanwhile is somebody else's, and stays.

@@ -74,6 +74,7 @@ fn mistakes_of_ones_own_class_name_the_place() {
         ("flags without a flag", reactor("    flags alarms {}\n    execute: func(scan: scan) -> alarms;\n")),
         ("an enum without a case", reactor(&format!("    enum mode {{}}\n    record inputs {{ mode: mode }}\n    record outputs {{ on: bool }}\n{execute}"))),
         ("two types of one name", format!("{}interface common {{\n    enum mode {{ off, on }}\n    record limits {{ mode: mode }}\n}}\n", reactor(&format!("    use common.{{limits}};\n    enum mode {{ slow, fast }}\n    record inputs {{ mode: mode, limits: limits }}\n    record outputs {{ on: bool }}\n{execute}")))),
+        ("two ports of one name", ports("level-1: f64, level1: f64")),
         ("no class", "package acme:things@1.0.0;\n\ninterface reactor { record inputs { on: bool } }\n".to_owned()),
         ("two classes", reactor("    execute: func(scan: scan);\n") + "interface other {\n    use latchwork:block/types@0.1.0.{scan};\n    execute: func(scan: scan);\n}\n"),
     ];
@@ -95,6 +96,39 @@ fn mistakes_of_ones_own_class_name_the_place() {
         let error = create(folder.path(), "pump", Language::C, &own).expect_err(what);
         seen += &format!("# {what}\n{}\n\n", told(folder.path(), &error));
     }
+    insta::assert_snapshot!(seen);
+}
+
+#[test]
+fn names_that_a_language_has_no_way_to_write_are_refused_before_anything_is_written() {
+    let with = |types: &str, input: &str| {
+        let ports = format!("    record inputs {{ a: {input} }}\n    record outputs {{ on: bool }}\n");
+        reactor(&format!("{types}{ports}    execute: func(scan: scan, inputs: inputs) -> outputs;\n"))
+    };
+    let two = with("    enum pump { off, mode-a }\n    enum pump-mode { a, b }\n", "pump, b: pump-mode");
+    let hidden = with("    enum pump { mode, off }\n    enum pump-mode { a }\n", "pump, b: pump-mode");
+    let renamed = "interface common {\n    enum self { this, that }\n}\n";
+    let renamed = with("    use common.{self as its-own};\n", "its-own") + renamed;
+    let mut seen = String::new();
+    let mut attempt = |wit: &str, languages: &[Language]| {
+        for language in Language::ALL {
+            let folder = folder();
+            let dir = folder.path().join("wit");
+            std::fs::create_dir(&dir).expect("a folder");
+            std::fs::write(dir.join("reactor.wit"), wit).expect("the WIT");
+            let own = ClassChoice::Own { folder: dir, class: None };
+            let made = create(folder.path(), "pump", language, &own);
+            assert_eq!(made.is_err(), languages.contains(&language), "{language:?}: {made:?}");
+            assert_eq!(folder.path().join("pump").exists(), made.is_ok());
+            seen += &made.err().map_or_else(String::new, |error| format!("{error}\n\n"));
+        }
+    };
+    attempt(&two, &[Language::C, Language::Cpp, Language::Go]);
+    attempt(&hidden, &[Language::Go]);
+    attempt(&renamed, &[Language::Rust]);
+    attempt(&with("", "bool, gen: bool"), &[Language::Rust]);
+    attempt(&with("    enum %flag { up, down }\n", "%flag"), &[Language::Python]);
+    attempt(&with("    enum %enum { one, two }\n", "%enum"), &[Language::Python]);
     insta::assert_snapshot!(seen);
 }
 

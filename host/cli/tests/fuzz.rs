@@ -213,6 +213,7 @@ fn a_check_says_whether_a_plant_takes_a_block() {
         vec!["check-block", "bounds-check.wasm"],
         vec!["check-block", "ton.wasm", "--runs", "10"],
         vec!["check-block", "defects.wasm", "--class", "test:defects/leak"],
+        vec!["check-block", "defects.wasm", "--class", "test:defects/half-refused"],
         vec!["check-block", "ton.wasm", "--memory", "1KiB"],
         vec!["check-block", "ton.wasm", "--json", "--runs", "10"],
         vec!["check-block", "core.wasm"],
@@ -224,4 +225,27 @@ fn a_check_says_whether_a_plant_takes_a_block() {
         seen.push('\n');
     }
     insta::assert_snapshot!("check_block", seen);
+}
+
+#[test]
+fn reservations_are_a_verdict_of_their_own_which_scripts_may_take_for_a_refusal() {
+    let folder = folder();
+    let check = |class: &str, more: &[&str]| {
+        let class = format!("test:defects/{class}");
+        let args = ["check-block", "defects.wasm", "--class", &class, "--runs", "100"];
+        let output = latchwork(folder.path(), &[&args[..], &PATIENT, &["--json"], more].concat());
+        let json: serde_json::Value = serde_json::from_slice(&output.stdout).expect("JSON and nothing else");
+        let class = &json["classes"][0];
+        assert_eq!(json["verdict"], class["verdict"]);
+        let reservations = class["reservations"].as_array().map(Vec::len);
+        (output.status.code(), json["ok"].clone(), json["verdict"].clone(), reservations)
+    };
+    let verdict = "accepted-with-reservations".into();
+    assert_eq!(check("half-refused", &[]), (Some(0), true.into(), verdict, Some(1)));
+    for disturbed in ["half-refused", "save-resets"] {
+        assert_eq!(check(disturbed, &["--strict"]).0, Some(1), "{disturbed}");
+    }
+    // To begin anew after a restart may be meant.
+    assert_eq!(check("forgetful", &["--strict"]), (Some(0), true.into(), "accepted".into(), Some(0)));
+    assert_eq!(check("trap-above", &[]), (Some(1), false.into(), "refused".into(), Some(0)));
 }

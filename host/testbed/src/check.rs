@@ -16,8 +16,22 @@ pub enum Status {
     Fine,
     /// Worth to know; a plant takes it all the same.
     Note,
+    /// A plant takes it, but what rests on this is not to be trusted.
+    Doubt,
     /// A plant does not take it, or parks it sooner or later.
     Bad,
+}
+
+/// What becomes of a block in a plant. Later ones are worse.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Verdict {
+    /// A plant takes it.
+    Accepted,
+    /// A plant takes it, but some of what a plant does with blocks is not to be trusted.
+    AcceptedWithReservations,
+    /// A plant does not take it, or parks it sooner or later.
+    Refused,
 }
 
 /// One thing that was looked at.
@@ -35,8 +49,12 @@ pub struct Line {
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub struct BlockCheck {
-    /// A plant would take it.
+    /// A plant would take it, if with reservations.
     pub ok: bool,
+    /// What becomes of it.
+    pub verdict: Verdict,
+    /// What is not to be trusted, in a sentence each.
+    pub reservations: Vec<&'static str>,
     /// In the order of a report.
     pub lines: Vec<Line>,
     /// What fuzzing found.
@@ -62,7 +80,27 @@ pub fn check(subject: &Subject, options: &Options, clock: &dyn Fn() -> u64) -> B
         lines.extend([sameness(&report), restarts(class, &report), numbers(&report)]);
     }
     let lines: Vec<_> = lines.into_iter().filter(|l| !l.found.is_empty()).collect();
-    BlockCheck { ok: lines.iter().all(|l| l.status != Status::Bad), lines, fuzz: report }
+    let reservations: Vec<_> = report.findings.iter().filter_map(|f| reservation(f.kind)).collect();
+    let ok = lines.iter().all(|l| l.status != Status::Bad);
+    let verdict = match (ok, reservations.is_empty()) {
+        (false, _) => Verdict::Refused,
+        (true, false) => Verdict::AcceptedWithReservations,
+        (true, true) => Verdict::Accepted,
+    };
+    BlockCheck { ok, verdict, reservations, lines, fuzz: report }
+}
+
+/// What a plant cannot rely on with a block that it takes all the same. A class may mean to begin anew after a restart: that
+/// is a note.
+fn reservation(kind: Kind) -> Option<&'static str> {
+    match kind {
+        Kind::SaveDisturbs => Some("retaining its state changes what it does: leave out `retain`, and do not swap it"),
+        Kind::RefusalDisturbs => Some("settings that it refused are in force: write none that it may refuse"),
+        Kind::NotDeterministic => {
+            Some("it does not do the same twice: no replay, shadow or test of it is to be trusted")
+        }
+        _ => None,
+    }
 }
 
 fn line(name: &'static str, status: Status, found: impl Into<String>) -> Line {
@@ -155,7 +193,7 @@ fn memory(report: &Report, options: &Options) -> Line {
 /// Whether it is the same in every run, and disturbed by nothing.
 fn sameness(report: &Report) -> Line {
     match messages(report, |k| matches!(k, Kind::NotDeterministic | Kind::SaveDisturbs | Kind::RefusalDisturbs)) {
-        Some(different) => line("determinism", Status::Note, different),
+        Some(different) => line("determinism", Status::Doubt, different),
         None => line("determinism", Status::Fine, "two instances did the same in every execution"),
     }
 }

@@ -176,9 +176,10 @@ fn a_check_says_what_a_plant_would_get() {
         let lines = check.lines.iter().filter(|l| l.name != "size");
         let lines: Vec<_> = lines.map(|l| format!("{:?} {}: {}", l.status, l.name, l.found)).collect();
         let lines = without_counts(&lines.join("\n"));
-        format!("{} {lines}\n", if check.ok { "yes" } else { "no" })
+        let reservations: String = check.reservations.iter().map(|r| format!("  {r}\n")).collect();
+        format!("{:?} {}\n{lines}\n{reservations}", check.verdict, if check.ok { "yes" } else { "no" })
     };
-    let all = ["quotient", "forgetful", "half-refused", "trap-above", "leak"].map(told).join("\n");
+    let all = ["quotient", "forgetful", "half-refused", "save-resets", "trap-above", "leak"].map(told).join("\n");
     insta::assert_snapshot!("checks", all);
 }
 

@@ -2,7 +2,7 @@
 
 use super::{Class, Field, Home, Kind, Label, PORTS, Ty, TypeDef};
 use crate::error::AuthorError;
-use crate::names::camel;
+use crate::names::{camel, twice};
 use std::collections::HashMap;
 use wit_parser::{InterfaceId, Resolve, Type, TypeDefKind, TypeId, TypeOwner};
 
@@ -253,6 +253,18 @@ impl Reader<'_> {
                 let from = &ty.home.interface;
                 return Err(format!(
                     "`{a}` and `{b}` have two types of the name `{name}`; give one of them another in the class, as in `use {from}.{{{name} as other-{name}}};`"
+                ));
+            }
+            let names: Vec<(String, String)> = match &ty.kind {
+                Kind::Record(fields) => fields.iter().map(|f| (f.name.clone(), camel(&f.name))).collect(),
+                Kind::Flags(labels) | Kind::Enum(labels) => {
+                    labels.iter().map(|l| (l.name.clone(), camel(&l.name))).collect()
+                }
+            };
+            if let Some((a, b)) = twice(&names) {
+                return Err(format!(
+                    "`{a}` and `{b}` of `{}` are one name in most languages; give one of them another",
+                    self.paths[i]
                 ));
             }
         }

@@ -12,7 +12,7 @@ mod rust;
 mod zig;
 
 use crate::abi::Abi;
-use crate::class::{Class, Kind};
+use crate::class::{Class, Kind, Label, TypeDef};
 use crate::error::AuthorError;
 use crate::manifest::Step;
 use crate::names::suggestion;
@@ -136,6 +136,19 @@ impl Language {
         }
     }
 
+    /// Why a class cannot be written in it, if it cannot: names that its bindings break with.
+    pub(crate) fn refuses(self, class: &Class) -> Result<(), AuthorError> {
+        let why = match self {
+            Self::Rust => rust::refuses(class),
+            Self::C | Self::Cpp => c::refuses(class),
+            Self::Python => python::refuses(class),
+            Self::Go => go::refuses(class),
+            Self::Zig | Self::AssemblyScript | Self::JavaScript | Self::TypeScript => None,
+        };
+        let refused = |why| AuthorError::Names { id: class.id.clone(), language: self.title(), why };
+        why.map_or(Ok(()), |why| Err(refused(why)))
+    }
+
     /// The files an author goes on with, but those that all languages have.
     pub(crate) fn authored(self, block: &Block) -> Vec<File> {
         match self {
@@ -228,6 +241,23 @@ fn banner(block: &Block, slashes: &str) -> String {
 /// What the block is, in a sentence.
 fn tagline(class: &Class) -> &str {
     class.doc.lines().next().filter(|l| !l.is_empty()).unwrap_or(&class.name)
+}
+
+/// `inputs.level.quality`: where a leaf is, below the parameter or the part of the result that it belongs to.
+fn place(path: &[String], field: &dyn Fn(&str) -> String) -> String {
+    let rest = path[1..].iter().map(|part| field(part));
+    std::iter::once(path[0].clone()).chain(rest).collect::<Vec<_>>().join(".")
+}
+
+/// Cases of enums and flags, each with its type.
+fn labels(class: &Class) -> impl Iterator<Item = (&TypeDef, &str)> {
+    class.types.iter().flat_map(|ty| {
+        let labels: &[Label] = match &ty.kind {
+            Kind::Flags(labels) | Kind::Enum(labels) => labels,
+            Kind::Record(_) => &[],
+        };
+        labels.iter().map(move |label| (ty, label.name.as_str()))
+    })
 }
 
 /// A comment with the names that `execute` works with: inputs, commands, alarms.

@@ -24,9 +24,25 @@ fn ident(name: &str) -> String {
     if KEYWORDS.contains(&name.as_str()) { name + "_" } else { name }
 }
 
+/// Words of Python that begin as types do.
+const CAPITALS: [&str; 3] = ["False", "None", "True"];
+
 /// `Block` is the author's, `Err` is how settings are refused.
 fn type_ident(name: &str) -> String {
-    unless(&["Block", "Err"], camel(name))
+    unless(&["Block", "Err", CAPITALS[0], CAPITALS[1], CAPITALS[2]], camel(name))
+}
+
+/// As componentize-py names a type or a class.
+fn there(name: &str) -> String {
+    let name = camel(name);
+    if CAPITALS.contains(&name.as_str()) { name + "_" } else { name }
+}
+
+/// What componentize-py writes by these names it needs itself.
+pub(super) fn refuses(class: &Class) -> Option<String> {
+    let own = class.types.iter().find(|t| ["Enum", "Flag"].contains(&camel(&t.home.name).as_str()))?;
+    let (name, base) = (&own.home.name, camel(&own.home.name));
+    Some(format!("a type of the name `{name}` hides Python's own `{base}`, which the other types are made from"))
 }
 
 fn constant(ty: &str, label: &str) -> String {
@@ -42,7 +58,7 @@ fn imports(class: &Class) -> String {
         let home = &ty.home;
         let part = if home.class { "exports" } else { "imports" };
         let module = format!("wit_world.{part}.{}", ident(&home.interface));
-        let (there, here) = (camel(&home.name), type_ident(&ty.name));
+        let (there, here) = (there(&home.name), type_ident(&ty.name));
         let name = if there == here { here } else { format!("{there} as {here}") };
         match modules.iter_mut().find(|(m, _)| *m == module) {
             Some((_, names)) => names.push(name),
@@ -55,7 +71,7 @@ fn imports(class: &Class) -> String {
 /// componentize-py makes an object of its own for each function, so what they share is apart from them.
 pub(super) fn generated(block: &Block) -> Vec<File> {
     let class = &block.class;
-    let name = camel(&class.name);
+    let name = there(&class.name);
     let mut out = banner(block, "#");
     out += "import random\n\n# Before the block: every instance, and every build, draws the same numbers.\nrandom.seed(0)\n\n";
     out += "from app import Block\nfrom wit_world import exports\n\nblock = Block()\n\n\n";

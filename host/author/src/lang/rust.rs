@@ -12,9 +12,10 @@ use std::fmt::Write;
 /// The version that the tests build with.
 const WIT_BINDGEN: &str = "0.61.1";
 
+/// What wit-bindgen escapes.
 const KEYWORDS: &[&str] = &[
     "abstract", "as", "async", "await", "become", "box", "break", "const", "continue", "crate", "do", "dyn", "else",
-    "enum", "extern", "false", "final", "fn", "for", "gen", "if", "impl", "in", "let", "loop", "macro", "match", "mod",
+    "enum", "extern", "false", "final", "fn", "for", "if", "impl", "in", "let", "loop", "macro", "match", "mod",
     "move", "mut", "override", "priv", "pub", "ref", "return", "self", "static", "struct", "super", "trait", "true",
     "try", "type", "typeof", "unsafe", "unsized", "use", "virtual", "where", "while", "yield",
 ];
@@ -53,6 +54,19 @@ fn import(ty: &TypeDef) -> String {
     let here = type_ident(&ty.name);
     let renamed = if there == here { String::new() } else { format!(" as {here}") };
     format!("pub use {exports}{module}::{there}{renamed};\n")
+}
+
+/// What wit-bindgen does not get through the compiler: it writes a name `gen` as it is, and `Self` for `self`.
+pub(super) fn refuses(class: &Class) -> Option<String> {
+    let own = class.types.iter().find(|t| camel(&t.home.name) == "Self").map(|t| &t.home.name);
+    if let Some(own) = own {
+        return Some(format!("a type of the name `{own}` is `Self`, which every type of Rust is to itself"));
+    }
+    let fields = class.types.iter().enumerate().flat_map(|(i, _)| class.fields(i)).map(|f| &f.name);
+    let homes = class.types.iter().flat_map(|t| [&t.home.package.0, &t.home.package.1, &t.home.interface]);
+    let mut names = fields.chain(homes).chain([&class.package.0, &class.package.1, &class.name]);
+    let taken = names.any(|name| snake(name) == "gen");
+    taken.then(|| "`gen` is a word of Rust, which wit-bindgen does not know for one".into())
 }
 
 fn constant(ty: &str, label: &str) -> String {

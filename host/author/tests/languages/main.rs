@@ -52,6 +52,13 @@ macro_rules! each_language {
             }
 
             #[test]
+            fn whole_numbers_are_right_at_their_edges() {
+                if super::kept::wanted(Language::$language) {
+                    super::own::whole_numbers_are_right_at_their_edges(Language::$language);
+                }
+            }
+
+            #[test]
             fn a_clock_and_random_numbers_are_what_the_table_says() {
                 if super::kept::wanted(Language::$language) {
                     super::outside::is_as_the_table_says(Language::$language);

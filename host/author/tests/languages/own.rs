@@ -62,3 +62,27 @@ pub(crate) fn the_class_is_what_the_world_exports(language: Language) {
         Outcome::Missing(why) => kept::skip(&why),
     }
 }
+
+/// What goes in, what is made, compared and kept has the right bits; in JavaScript, as exactly as its numbers are.
+pub(crate) fn whole_numbers_are_right_at_their_edges(language: Language) {
+    let edges = folder().join("edges");
+    let source = match language {
+        Language::Rust => "lib.rs",
+        Language::AssemblyScript => "assemblyscript.ts",
+        // One source for both dialects.
+        Language::Cpp => "block.c",
+        other => other.source(),
+    };
+    let text = std::fs::read_to_string(edges.join(source)).expect("the source");
+    let made = match built(language, "edges", &class("edges/wit"), &[(language.source().to_owned(), text)]) {
+        Outcome::Built(made) => made,
+        Outcome::Missing(why) => return kept::skip(&why),
+    };
+    let within_53_bits = matches!(language, Language::JavaScript | Language::TypeScript);
+    let may_be_too_much = within_53_bits || language == Language::Python;
+    let files = [("edges", true), ("exact", !within_53_bits), ("too-much", may_be_too_much)];
+    for (file, _) in files.into_iter().filter(|(_, meant)| *meant) {
+        let file = edges.join(format!("{file}.test.toml"));
+        run_tests(&file, made.path.parent().expect("a folder"), Some(64 << 20));
+    }
+}

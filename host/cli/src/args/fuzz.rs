@@ -30,7 +30,8 @@ pub(crate) struct Fuzz {
 /// `latchwork check-block`
 #[derive(Args, Debug)]
 #[command(after_help = "\
-Exit codes: 0 a plant takes it, 1 it does not, 2 the command line is wrong.")]
+Exit codes: 0 a plant takes it, if with reservations, 1 it does not, or with --strict has reservations, \
+2 the command line is wrong.")]
 pub(crate) struct CheckBlock {
     /// What is checked.
     #[command(flatten)]
@@ -38,6 +39,10 @@ pub(crate) struct CheckBlock {
     /// Sequences of random inputs to try.
     #[arg(long, value_name = "N", default_value_t = 1000)]
     pub(crate) runs: u64,
+    /// Exit code 1 for reservations too: a block that is taken, but whose retained state, refused settings or replay cannot be
+    /// trusted.
+    #[arg(long)]
+    pub(crate) strict: bool,
 }
 
 /// A block, its limits, and the form of the output.

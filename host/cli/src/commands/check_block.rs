@@ -7,7 +7,7 @@ use crate::report;
 use anyhow::Result;
 use latchwork_block::{Class, Engine};
 use latchwork_testbed::case::Subject;
-use latchwork_testbed::check::{BlockCheck, Status, check};
+use latchwork_testbed::check::{BlockCheck, Status, Verdict, check};
 use latchwork_testbed::fuzz::Options;
 use serde_json::json;
 use std::sync::Arc;
@@ -41,24 +41,33 @@ pub(super) fn execute(engine: &Engine, args: &CheckBlock) -> Result<Exit> {
         let subject = Subject { component: component.clone(), class, template };
         checks.push(check(&subject, &options, &clock));
     }
-    let ok = checks.iter().all(|c| c.ok);
+    let verdict = checks.iter().map(|c| c.verdict).max().unwrap_or(Verdict::Refused);
+    let ok = verdict != Verdict::Refused;
     if args.block.json {
         let (name, hash, size) = (component.name(), component.hash(), component.size());
-        let json = json!({ "ok": ok, "component": name, "hash": hash, "size": size, "classes": checks });
+        let json = json!({
+            "ok": ok, "verdict": verdict, "component": name, "hash": hash, "size": size, "classes": checks
+        });
         report::say(&format!("{}\n", serde_json::to_string_pretty(&json)?));
     } else {
         report::say(&checks.iter().map(told).collect::<Vec<_>>().join("\n"));
-        let (verdict, seed) = (verdict(ok), options.seed);
-        report::say(&format!("\n{name}: {verdict} (seed {seed})\n"));
-        if !ok {
-            let bad = checks.iter().find(|c| !c.ok).map(|c| c.fuzz.class.as_str()).filter(|_| checks.len() > 1);
-            let class = args.block.class.as_deref().or(bad).map_or(String::new(), |c| format!(" --class {c}"));
-            let limits = limits(&options);
-            let again = format!("latchwork fuzz {name}{class} --runs {} --seed {seed}{limits}", args.runs);
-            report::say(&format!("`{again}` shows how it comes to that\n"));
-        }
+        report::say(&format!("\n{name}: {} (seed {})\n", sentence(verdict), options.seed));
+        let reservations = checks.iter().flat_map(|c| &c.reservations);
+        report::say(&reservations.map(|r| format!("  {r}\n")).collect::<String>());
+        report::say(&again(args, &checks, verdict, &options));
     }
-    Ok(if ok { Exit::Fine } else { Exit::Wanting })
+    Ok(if ok && !(args.strict && verdict != Verdict::Accepted) { Exit::Fine } else { Exit::Wanting })
+}
+
+/// The search that shows how it comes to a verdict.
+fn again(args: &CheckBlock, checks: &[BlockCheck], verdict: Verdict, options: &Options) -> String {
+    let name = args.block.component.display();
+    let such = checks.iter().find(|c| c.verdict == verdict);
+    let Some(such) = such.filter(|_| verdict != Verdict::Accepted) else { return String::new() };
+    let such = Some(such.fuzz.class.as_str()).filter(|_| checks.len() > 1);
+    let class = args.block.class.as_deref().or(such).map_or(String::new(), |c| format!(" --class {c}"));
+    let (runs, seed, limits) = (args.runs, options.seed, limits(options));
+    format!("`latchwork fuzz {name}{class} --runs {runs} --seed {seed}{limits}` shows how it comes to that\n")
 }
 
 /// Limits that are not those that `latchwork fuzz` has by itself.
@@ -74,17 +83,22 @@ fn limits(options: &Options) -> String {
     said
 }
 
-fn verdict(ok: bool) -> &'static str {
-    if ok { "a plant takes it" } else { "not for a plant" }
+fn sentence(verdict: Verdict) -> &'static str {
+    match verdict {
+        Verdict::Accepted => "a plant takes it",
+        Verdict::AcceptedWithReservations => "a plant takes it, with reservations",
+        Verdict::Refused => "not for a plant",
+    }
 }
 
 /// A component that is not even loaded.
 fn refused(args: &CheckBlock, name: &str, error: &str) -> Result<Exit> {
     if args.block.json {
-        let json = json!({ "ok": false, "component": name, "error": error, "classes": [] });
+        let verdict = Verdict::Refused;
+        let json = json!({ "ok": false, "verdict": verdict, "component": name, "error": error, "classes": [] });
         report::say(&format!("{}\n", serde_json::to_string_pretty(&json)?));
     } else {
-        report::say(&format!("bad   load         {error}\n\n{name}: {}\n", verdict(false)));
+        report::say(&format!("bad   load         {error}\n\n{name}: {}\n", sentence(Verdict::Refused)));
     }
     Ok(Exit::Wanting)
 }
@@ -94,6 +108,7 @@ fn told(check: &BlockCheck) -> String {
         let status = match l.status {
             Status::Fine => "fine",
             Status::Note => "note",
+            Status::Doubt => "doubt",
             Status::Bad => "bad",
         };
         format!("{status:5} {:12} {}\n", l.name, l.found)

@@ -170,7 +170,8 @@ fn print(subject: &Subject, found: &Report, took: Duration, file: Option<&Path>)
     let mut out = format!("{}  {}  seed {}\n", subject.component.name(), found.class, found.seed);
     for finding in &found.findings {
         let (from, to) = (finding.executions_found, finding.executions);
-        let shrunk = if to < from { format!(", shrunk to {to}") } else { String::new() };
+        let more = if finding.smallest { "" } else { "; the time to look for a smaller one was over" };
+        let shrunk = if to < from { format!(", shrunk to {to}{more}") } else { more.to_owned() };
         out += &format!("\n{}: {}\n", finding.kind.name(), finding.message);
         out += &format!("  sequence {} of {from} executions{shrunk}\n", finding.sequence);
         match &finding.case {

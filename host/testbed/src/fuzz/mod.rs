@@ -20,6 +20,7 @@ mod options;
 mod report;
 mod search;
 mod sequence;
+mod shares;
 mod shrink;
 mod simple;
 mod sums;

@@ -9,8 +9,8 @@ pub struct Options {
     pub seed: u64,
     /// Sequences to try; `None`: until the time is over.
     pub sequences: Option<u64>,
-    /// Time to search by the clock, ns; shrinking what was found comes on top. Without this and `sequences` a thousand
-    /// sequences are tried.
+    /// Time to search by the clock, ns, of which shrinking what was found gets at most a half; however late it is, 256 executions
+    /// or 16 sequences are tried. Without this and `sequences` a thousand sequences are.
     pub time: Option<u64>,
     /// Longest execution, ns.
     pub budget: u64,

@@ -74,6 +74,8 @@ pub struct Finding {
     pub executions_found: u64,
     /// Executions of the smallest that shows it.
     pub executions: u64,
+    /// Nothing more can be left out of that one, as far as was tried; false where the time for it was over before.
+    pub smallest: bool,
     /// The smallest as a case of a test file, which fails until the block is mended; `None` where no case can show it.
     pub case: Option<String>,
 }

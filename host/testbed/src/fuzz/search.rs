@@ -1,19 +1,21 @@
 //! The search: sequence after sequence, until the number or the time is over.
 
+mod closer;
+#[cfg(test)]
+mod tests;
+
 use super::constants::Constants;
-use super::difference::{classify, differs, grows, last_execution};
+use super::difference::grows;
 use super::generate::Generator;
 use super::options::{Options, Progress};
 use super::report::{Finding, Kind, Report};
-use super::sequence::{Sequence, Step};
-use super::shrink::shrink;
-use super::trial::{Failure, Trial, Twin};
+use super::sequence::{Sequence, Shrunk, Step};
+use super::shares::Shares;
+use super::trial::{Trial, Twin};
 use super::write;
 use crate::case::Subject;
-use crate::check::shown;
 use fastrand::Rng;
-use latchwork_block::{FaultKind, Limits};
-use latchwork_image::format_duration;
+use latchwork_block::{Class, FaultKind, Limits};
 use std::ops::ControlFlow;
 
 /// Sequences before the long one.
@@ -21,10 +23,10 @@ const WARM_UP: u64 = 64;
 /// Executions of the long one, as a power of two; and the fewest by which growth is judged.
 const SOAK: u32 = 16;
 const LEAST_SOAK: u32 = 13;
+/// Less than this is no long one.
+const FEWEST: u32 = 8;
 /// Note where growth is not judged.
 pub(crate) const TOO_FEW: &str = "too few executions to tell whether its memory grows for ever";
-/// Looks that shrinking may take when each waits until the block is stopped.
-const LATE_TRIES: u32 = 150;
 /// When a block is stopped, ns, unless its budget is so long that it needs more.
 const STOPPED: u64 = 50_000_000;
 /// Settings that are tried until the block takes some.
@@ -46,6 +48,7 @@ struct Search<'a> {
     subjects: [&'a Subject; 2],
     options: &'a Options,
     clock: &'a dyn Fn() -> u64,
+    shares: Shares<'a>,
     trial: Trial<'a>,
     defaults: Vec<u64>,
     sequences: u64,
@@ -62,6 +65,7 @@ impl<'a> Search<'a> {
             subjects,
             options,
             clock,
+            shares: Shares::new(clock, options.time),
             trial: trial(subjects, options, clock),
             defaults: vec![0; subjects[0].class.settings.len()],
             sequences: 0,
@@ -73,18 +77,17 @@ impl<'a> Search<'a> {
     }
 
     fn run(mut self, progress: &mut dyn FnMut(&Progress) -> ControlFlow<()>) -> Report {
-        let begun = (self.clock)();
-        let (time, sequences) = match (self.options.time, self.options.sequences) {
-            (None, None) => (None, Some(1000)),
-            given => given,
+        let sequences = match (self.options.time, self.options.sequences) {
+            (None, None) => Some(1000),
+            (_, given) => given,
         };
         let mut generator = match self.start() {
             Some(generator) => generator,
             None => return self.report(),
         };
         loop {
-            let now = (self.clock)().saturating_sub(begun);
-            if sequences.is_some_and(|n| self.sequences >= n) || time.is_some_and(|t| now >= t) {
+            let late = self.shares.over(self.trial.sums.executions, self.sequences);
+            if late || sequences.is_some_and(|n| self.sequences >= n) {
                 break;
             }
             self.sequences += 1;
@@ -92,17 +95,17 @@ impl<'a> Search<'a> {
             let sequence = generator.sequence(&mut rng);
             self.one(&sequence);
             if self.sequences == WARM_UP {
-                let power = self.soak_power(time, sequences);
+                let power = self.soak_power(sequences);
                 self.soak(&mut generator, power);
             }
             let executions = self.trial.sums.executions;
-            let (sequences, findings) = (self.sequences, self.findings.len());
-            if progress(&Progress { time: now, sequences, executions, findings }).is_break() {
+            let (time, sequences, findings) = (self.shares.passed(), self.sequences, self.findings.len());
+            if progress(&Progress { time, sequences, executions, findings }).is_break() {
                 break;
             }
         }
         if self.sequences < WARM_UP {
-            let power = self.soak_power(time, sequences);
+            let power = self.soak_power(sequences);
             self.soak(&mut generator, power);
         }
         self.report()
@@ -118,7 +121,8 @@ impl<'a> Search<'a> {
             Ok(None) => {}
             Err(fault) => {
                 let kind = if fault.kind == FaultKind::Budget { Kind::Budget } else { Kind::Fault(fault.kind) };
-                self.add(kind, fault.to_string(), 0, &self.nothing(), None);
+                let nothing = Shrunk { sequence: self.nothing(), smallest: true };
+                self.add(kind, fault.to_string(), 0, &nothing, None);
                 return None;
             }
         }
@@ -156,7 +160,11 @@ impl<'a> Search<'a> {
     fn one(&mut self, sequence: &Sequence) {
         let done = self.trial.run(sequence, Twin::default());
         let longest = self.trial.longest;
-        if longest.ns > self.worst + self.worst / 4 || longest.ns > self.options.budget {
+        let known = self.known(Kind::Budget);
+        // What was stopped is told by its failure.
+        let stopped = matches!(&done, Err(failure) if failure.kind == Kind::Budget);
+        let longer = longest.ns > self.worst + self.worst / 4 && !(known && stopped);
+        if longer || (longest.ns > self.options.budget && !known) {
             self.slow(&sequence.until(longest.step, longest.execution), longest.ns);
         }
         if let Err(failure) = done {
@@ -164,66 +172,13 @@ impl<'a> Search<'a> {
         }
     }
 
-    /// An execution took long: what is as long each time is the block's doing, all else the machine's.
-    fn slow(&mut self, sequence: &Sequence, first: u64) {
-        let mut probe = trial(self.subjects, self.options, self.clock);
-        let again = (0..2).map(|_| last_execution(&mut probe, sequence)).min().flatten();
-        let Some(sure) = again.map(|ns| ns.min(first)) else { return };
-        self.worst = self.worst.max(sure);
-        let budget = self.options.budget;
-        if sure <= budget || self.known(Kind::Budget) {
-            return;
-        }
-        let mut fails = |s: &Sequence| (0..2).all(|_| last_execution(&mut probe, s).is_none_or(|ns| ns > budget));
-        let small = shrink(sequence.clone(), &self.subjects[0].class, &self.defaults, tries(sequence), &mut fails);
-        let ns = last_execution(&mut probe, &small).unwrap_or(sure);
-        let message =
-            format!("an execution takes {}, longer than its budget of {}", shown(ns), format_duration(budget));
-        self.add(Kind::Budget, message, sequence.executions(), &small, Some(&probe));
-    }
-
-    /// A sequence went wrong: what kind it is, and the smallest sequence of that kind.
-    fn found(&mut self, sequence: &Sequence, failure: Failure) {
-        let mut probe = trial(self.subjects, self.options, self.clock);
-        let (kind, told) = classify(&mut probe, sequence, &failure);
-        if self.known(kind) {
-            return;
-        }
-        let cut = match failure.place {
-            Some((step, execution)) => sequence.until(step, execution),
-            None => Sequence { steps: vec![sequence.steps[0].clone()], ..sequence.clone() }.until(0, 0),
-        };
-        let raw = failure.kind;
-        let mut fails = |s: &Sequence| matches!(probe.run(s, told), Err(f) if f.kind == raw);
-        if !fails(&cut) {
-            // A budget that was missed once is the machine's doing. Everything else is certain, but not to be had again.
-            if kind != Kind::Budget {
-                self.add(kind, failure.message, sequence.executions(), &cut, None);
-            }
-            return;
-        }
-        let tries = if kind == Kind::Budget { LATE_TRIES } else { tries(&cut) };
-        let small = shrink(cut, &self.subjects[0].class, &self.defaults, tries, &mut fails);
-        let message = match probe.run(&small, told) {
-            Err(last) => {
-                let budget = format_duration(self.options.budget);
-                let message = match kind {
-                    Kind::Budget => format!("an execution was stopped, long after its budget of {budget}"),
-                    _ if last.message.is_empty() => differs(&probe, &last, kind),
-                    _ => last.message.clone(),
-                };
-                let (defaults, executions) = (&self.defaults, sequence.executions());
-                let case = write::case(&probe, defaults, &small, kind, Some(&last), &message);
-                self.push(kind, message, executions, small.executions(), case);
-                return;
-            }
-            Ok(_) => failure.message,
-        };
-        self.add(kind, message, sequence.executions(), &small, Some(&probe));
-    }
-
     /// Long runs of the same sequence: whether memory grows for ever, and what comes only after thousands of executions.
     fn soak(&mut self, generator: &mut Generator<'_>, power: u32) {
+        // A block that is so slow has had its executions, and the time is over.
+        if power < FEWEST {
+            self.notes.push(TOO_FEW.into());
+            return;
+        }
         for (number, own) in [true, false].into_iter().enumerate() {
             let mut rng = rng(self.options.seed, u64::MAX - number as u64);
             let body = generator.soak(&mut rng, own);
@@ -238,48 +193,21 @@ impl<'a> Search<'a> {
         }
     }
 
-    /// Grows still when it runs eight times as long: a heap that is filled once before it is swept does not.
-    fn growth(&mut self, body: &Sequence, power: u32) {
-        let mut probe = trial(self.subjects, self.options, self.clock);
-        let mut grew = |s: &Sequence, power: u32, periods: u32| match probe.run(&s.looped(1 << power), Twin::default())
-        {
-            Ok(ran) => ran && grows(&probe.memory, power, periods),
-            Err(failure) => failure.kind == Kind::Fault(FaultKind::Memory),
-        };
-        if !grew(body, power + 3, 5) {
-            return;
-        }
-        let mut fails = |s: &Sequence| grew(s, power, 2);
-        let small = shrink(body.clone(), &self.subjects[0].class, &self.defaults, 100, &mut fails);
-        let _ = grew(&small, power, 2);
-        let at = |power: u32| probe.memory.get(power as usize).copied().unwrap_or(self.options.memory);
-        let bytes = at(power).saturating_sub(at(power - 1)) as f64 / (1u64 << (power - 1)) as f64;
-        let message = format!("its memory grows by some {bytes:.0} bytes in every execution and never ends growing");
-        let case = write::growth(&probe, &self.defaults, &small, 1 << (power - 1), &message);
-        self.growth_limit = case.as_ref().map(|(_, limit)| *limit);
-        self.push(Kind::Growth, message, body.executions(), small.executions(), case.map(|(case, _)| case));
+    /// Executions of each of the two long sequences, as a power of two: as many as the rest of the search has, or an eighth of
+    /// its time at the pace so far.
+    fn soak_power(&self, sequences: Option<u64>) -> u32 {
+        let by_number = sequences.map_or(SOAK, |n| n.saturating_mul(256).max(256).ilog2());
+        let pace = self.shares.searching() / self.trial.sums.executions.max(1) + 1;
+        let by_time = self.options.time.map_or(SOAK, |t| (t / 8 / pace).max(1).ilog2());
+        by_number.min(by_time).min(SOAK)
     }
 
-    /// Executions of the long sequences, as a power of two: as many as the rest of the search has, or an eighth of its time.
-    fn soak_power(&self, time: Option<u64>, sequences: Option<u64>) -> u32 {
-        let by_number = sequences.map_or(SOAK, |n| n.saturating_mul(256).max(256).ilog2());
-        let typical = self.trial.sums.times.value_at_quantile(0.5) + 50;
-        let by_time = time.map_or(SOAK, |t| (t / 8 / 6 / typical).max(256).ilog2());
-        by_number.min(by_time).min(SOAK)
+    fn class(&self) -> &'a Class {
+        &self.subjects[0].class
     }
 
     fn known(&self, kind: Kind) -> bool {
         self.options.ignored.contains(&kind) || self.findings.iter().any(|f| f.kind == kind)
-    }
-
-    fn add(&mut self, kind: Kind, message: String, found: u64, sequence: &Sequence, probe: Option<&Trial<'_>>) {
-        let case = probe.and_then(|p| write::case(p, &self.defaults, sequence, kind, None, &message));
-        self.push(kind, message, found, sequence.executions(), case);
-    }
-
-    fn push(&mut self, kind: Kind, message: String, executions_found: u64, executions: u64, case: Option<String>) {
-        let sequence = self.sequences;
-        self.findings.push(Finding { kind, message, sequence, executions_found, executions, case });
     }
 
     fn report(mut self) -> Report {
@@ -331,50 +259,4 @@ fn limits(options: &Options) -> Limits {
 fn rng(seed: u64, number: u64) -> Rng {
     let mut of_seed = Rng::with_seed(seed);
     Rng::with_seed(of_seed.u64(..) ^ number.wrapping_mul(0x9e37_79b9_7f4a_7c15))
-}
-
-/// Looks that shrinking may take: fewer where each takes long.
-fn tries(sequence: &Sequence) -> u32 {
-    (8_000_000 / sequence.executions().max(1)).clamp(80, 2000) as u32
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use latchwork_block::{Engine, EngineOptions, Ticker};
-    use std::time::Duration;
-
-    fn shipped(engine: &Engine, name: &str) -> Subject {
-        let exe = std::env::current_exe().expect("a test has a file");
-        // TARGET/release/deps/NAME
-        let target = exe.ancestors().nth(3).expect("the target folder");
-        let path = target.join("components").join(name).with_extension("wasm");
-        let component = engine.load_file(&path);
-        let component = component.unwrap_or_else(|e| panic!("{}: {e}; run `cargo xtask guests` first", path.display()));
-        let class = component.class(None).expect("its class");
-        let template = component.template(&class).expect("it compiles");
-        Subject { component, class, template }
-    }
-
-    /// No block without imports can be made to differ from itself: two blocks of the same ports stand in for one.
-    #[test]
-    fn instances_that_differ_by_themselves_are_not_deterministic() {
-        let engine = Engine::new(EngineOptions::default()).expect("an engine");
-        let options = Options { sequences: Some(50), ..Options::default() };
-        let _ticker = Ticker::start(&engine, Duration::from_nanos(options.tick));
-        let (on, off) = (shipped(&engine, "ton"), shipped(&engine, "tof"));
-        let report = Search::new([&on, &off], &options, &|| 0).run(&mut |_| ControlFlow::Continue(()));
-        let kinds: Vec<_> = report.findings.iter().map(|f| f.kind).collect();
-        assert_eq!(kinds, [Kind::NotDeterministic], "{:#?}", report.findings);
-        let finding = &report.findings[0];
-        assert_eq!(finding.executions, 1, "one execution is enough: {finding:#?}");
-        assert!(
-            finding.message.ends_with(" not the same in two instances that were told the same"),
-            "{}",
-            finding.message
-        );
-        assert!(finding.case.as_deref().is_some_and(|c| c.contains("# By chance it may pass.")));
-        // Each is the same as itself.
-        assert_eq!(Search::new([&off, &off], &options, &|| 0).run(&mut |_| ControlFlow::Continue(())).findings, []);
-    }
 }

@@ -27,6 +27,14 @@ pub(super) struct Step {
     pub(super) repeat: u32,
 }
 
+/// What shrinking has made of a sequence.
+#[derive(Clone, Debug)]
+pub(super) struct Shrunk {
+    pub(super) sequence: Sequence,
+    /// Nothing more can be left out, as far as was tried: the time for it was not over before.
+    pub(super) smallest: bool,
+}
+
 impl Sequence {
     /// Executions of all steps.
     pub(super) fn executions(&self) -> u64 {

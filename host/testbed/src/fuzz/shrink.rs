@@ -1,21 +1,23 @@
 //! The smallest sequence that still fails: fewer steps first, then simpler times and values.
 
-use super::sequence::Sequence;
+use super::sequence::{Sequence, Shrunk};
+use super::shares::Look;
 use super::simple::simpler;
 use latchwork_block::{Class, Port};
 
 /// Period that every step gets if it may, ns.
 const PERIOD: u64 = 10_000_000;
 
-/// Shrinks with at most `tries` further looks.
+/// Shrinks with at most `tries` further trials, and until the look is late.
 pub(super) fn shrink(
     sequence: Sequence,
     class: &Class,
     defaults: &[u64],
     tries: u32,
+    look: Look<'_>,
     fails: &mut dyn FnMut(&Sequence) -> bool,
-) -> Sequence {
-    let mut shrinker = Shrinker { best: sequence, class, defaults, left: tries, fails };
+) -> Shrunk {
+    let mut shrinker = Shrinker { best: sequence, class, defaults, left: tries, look, over: false, fails };
     shrinker.collapse();
     loop {
         let before = shrinker.best.clone();
@@ -26,8 +28,8 @@ pub(super) fn shrink(
         shrinker.inputs();
         shrinker.settings();
         shrinker.merge();
-        if shrinker.best == before || shrinker.left == 0 {
-            return shrinker.best;
+        if shrinker.best == before || shrinker.over {
+            return Shrunk { sequence: shrinker.best, smallest: !shrinker.over };
         }
     }
 }
@@ -37,17 +39,27 @@ struct Shrinker<'a> {
     class: &'a Class,
     defaults: &'a [u64],
     left: u32,
+    look: Look<'a>,
+    /// There was something left to try when no more could be.
+    over: bool,
     fails: &'a mut dyn FnMut(&Sequence) -> bool,
 }
 
 impl Shrinker<'_> {
     /// Takes a change if the sequence still fails with it.
     fn attempt(&mut self, change: impl FnOnce(&mut Sequence)) -> bool {
+        if self.over {
+            return false;
+        }
         let mut candidate = self.best.clone();
         change(&mut candidate);
         // A restart before the first execution is none.
         let sound = candidate.steps.first().is_some_and(|s| !s.restart);
-        if !sound || candidate == self.best || self.left == 0 {
+        if !sound || candidate == self.best {
+            return false;
+        }
+        self.over = self.left == 0 || self.look.late();
+        if self.over {
             return false;
         }
         self.left -= 1;

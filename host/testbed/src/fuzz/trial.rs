@@ -1,9 +1,11 @@
 //! One sequence, done to a block, its twin and the one that is restored.
 
-use super::failure::{different, equal, fault, same_cells};
+mod compare;
+mod told;
+
+use super::failure::{different, fault};
 use super::report::Kind;
 use super::sequence::{Sequence, Step};
-use super::values::real;
 use hdrhistogram::Histogram;
 use latchwork_block::{Class, Fault, Instance, Limits, Scan, Template};
 use latchwork_image::Type;
@@ -192,108 +194,6 @@ impl<'a> Trial<'a> {
             run.scan.first = false;
         }
         Ok(())
-    }
-
-    /// The restored one goes on from the state of the first.
-    fn restart(&mut self, run: &mut Run, number: usize) -> Result<(), Failure> {
-        let at = Some((number, 0));
-        let told = |f: Fault| fault(&f, at, "");
-        let Some(state) = run.first.instance.save().map_err(told)? else { return Ok(()) };
-        if run.told.saves {
-            let other = run.twin.instance.save().map_err(told)?;
-            if other.is_none_or(|o| !same_cells(&self.class().retained, &o, &state)) {
-                return Err(different(Kind::NotDeterministic, "two instances save different states", at));
-            }
-        }
-        let Some(mut restored) = self.side(self.template, &run.settings).map_err(|f| Failure { place: at, ..f })?
-        else {
-            let text = "after a restart it refuses the settings that it had";
-            return Err(different(Kind::NotRestored, text, at));
-        };
-        restored.instance.restore(&state).map_err(told)?;
-        self.sums.restarts += 1;
-        self.saved.push((number, state));
-        run.restored = Some(restored);
-        Ok(())
-    }
-
-    fn configure(&mut self, run: &mut Run, settings: &[u64], number: usize) -> Result<(), Failure> {
-        let at = Some((number, 0));
-        let told = |f: Fault| fault(&f, at, "");
-        match run.first.instance.configure(settings).map_err(told)? {
-            Ok(()) => {
-                self.sums.taken += 1;
-                let others = [Some(&mut run.twin), run.restored.as_mut()];
-                for (side, kind) in others.into_iter().zip([Kind::NotDeterministic, Kind::NotRestored]) {
-                    let Some(side) = side else { continue };
-                    if side.instance.configure(settings).map_err(told)?.is_err() {
-                        let who = if kind == Kind::NotRestored { "after a restart it" } else { "another instance" };
-                        return Err(different(kind, &format!("{who} refuses settings that are else taken"), at));
-                    }
-                }
-                run.finite &= self.finite(settings, |c| &c.settings);
-                run.settings = settings.to_vec();
-            }
-            Err(sentence) => {
-                self.sums.refused += 1;
-                self.refusals.push((number, sentence));
-                if run.told.refusals {
-                    let _ = run.twin.instance.configure(settings).map_err(told)?;
-                }
-                if let Some(restored) = &mut run.restored {
-                    let _ = restored.instance.configure(settings).map_err(told)?;
-                }
-            }
-        }
-        Ok(())
-    }
-
-    /// Memory and NaN of the first.
-    fn look(&mut self, run: &mut Run) {
-        run.done += 1;
-        let memory = run.first.instance.memory();
-        self.sums.memory = self.sums.memory.max(memory);
-        if run.done.is_power_of_two() {
-            self.memory.push(memory);
-        }
-        let outputs = &run.first.cells[self.ins.len()..];
-        for ((ty, cell), nan) in self.reals.iter().zip(outputs).zip(&mut self.sums.nan) {
-            if let Some(ty) = ty
-                && real(ty, *cell).is_nan()
-            {
-                nan.0 = true;
-                nan.1 |= run.finite;
-            }
-        }
-    }
-
-    /// The same outputs as those of the first, or a failure.
-    fn same(&self, run: &Run, other: &Side, kind: Kind, at: Option<(usize, u32)>) -> Result<(), Failure> {
-        let from = self.ins.len();
-        let (expected, got) = (&run.first.cells[from..], &other.cells[from..]);
-        if expected == got || self.reals.iter().zip(expected.iter().zip(got)).all(|(r, (a, b))| equal(r, *a, *b)) {
-            return Ok(());
-        }
-        // What should be is what the one does that nobody disturbed.
-        let disturbed = kind == Kind::NotDeterministic && run.told != Twin { saves: true, refusals: true };
-        let (expected, got) = if disturbed { (got, expected) } else { (expected, got) };
-        Err(Failure { expected: expected.into(), got: got.into(), ..different(kind, "", at) })
-    }
-
-    /// No value of the cells is NaN or infinite.
-    fn finite(&self, cells: &[u64], ports: impl Fn(&Class) -> &[latchwork_block::Port]) -> bool {
-        let mut at = 0;
-        ports(self.class()).iter().all(|port| {
-            let cell = cells[at];
-            at += 1 + usize::from(port.signal);
-            !matches!(port.ty, Type::F32 | Type::F64) || real(&port.ty, cell).is_finite()
-        })
-    }
-
-    /// Indices of the output cells that differ, as a failure has them.
-    pub(super) fn differing(&self, failure: &Failure) -> Vec<usize> {
-        let pairs = failure.expected.iter().zip(&failure.got).zip(&self.reals).enumerate();
-        pairs.filter(|(_, ((a, b), real))| !equal(real, **a, **b)).map(|(i, _)| i).collect()
     }
 }
 

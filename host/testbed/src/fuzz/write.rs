@@ -1,7 +1,7 @@
 //! A sequence as a case of a test file.
 
 use super::report::Kind;
-use super::sequence::Sequence;
+use super::sequence::{Sequence, Shrunk};
 use super::trial::{Failure, Trial};
 use crate::constant::constant;
 use latchwork_block::{Class, Port};
@@ -37,22 +37,25 @@ pub(super) fn head(class: &Class, budget: Option<u64>, memory: u64) -> String {
 pub(super) fn case(
     probe: &Trial<'_>,
     defaults: &[u64],
-    sequence: &Sequence,
+    small: &Shrunk,
     kind: Kind,
     failure: Option<&Failure>,
     message: &str,
 ) -> Option<String> {
-    Writer { probe, class: probe.class(), defaults, sequence, kind, failure }.case(message)
+    let Shrunk { sequence, smallest } = small;
+    let writer = Writer { probe, class: probe.class(), defaults, sequence, smallest: *smallest, kind, failure };
+    writer.case(message)
 }
 
 /// A case in which a block that grows meets a limit, and that limit; only for one step that is held.
 pub(super) fn growth(
     probe: &Trial<'_>,
     defaults: &[u64],
-    body: &Sequence,
+    small: &Shrunk,
     executions: u32,
     message: &str,
 ) -> Option<(String, u64)> {
+    let Shrunk { sequence: body, smallest } = small;
     let plain = body.steps.len() == 1 && body.steps[0].commands == 0;
     let limit = probe.memory.get(executions.ilog2() as usize - 1).copied()?;
     if !plain {
@@ -60,7 +63,8 @@ pub(super) fn growth(
     }
     let mut held = body.clone();
     held.steps[0].repeat = executions;
-    let writer = Writer { probe, class: probe.class(), defaults, sequence: &held, kind: Kind::Growth, failure: None };
+    let (class, kind, smallest) = (probe.class(), Kind::Growth, *smallest);
+    let writer = Writer { probe, class, defaults, sequence: &held, smallest, kind, failure: None };
     Some((writer.case(message)?, limit))
 }
 
@@ -69,6 +73,7 @@ struct Writer<'a> {
     class: &'a Class,
     defaults: &'a [u64],
     sequence: &'a Sequence,
+    smallest: bool,
     kind: Kind,
     failure: Option<&'a Failure>,
 }
@@ -102,6 +107,9 @@ impl Writer<'_> {
                 out.push_str("# It fails when the execution is stopped, at the earliest 10 ms after the budget.\n")
             }
             _ => {}
+        }
+        if !self.smallest {
+            out.push_str("# There may be a smaller one: the time to look for it was over.\n");
         }
         for (number, row) in rows.iter().enumerate() {
             self.row(&mut out, row, rows.get(number + 1));

@@ -159,8 +159,7 @@ pub(super) fn authored(block: &Block) -> Vec<File> {
 }
 
 fn place(path: &[String]) -> String {
-    let rest = path[1..].iter().map(|p| field(p));
-    std::iter::once(path[0].clone()).chain(rest).collect::<Vec<_>>().join(".")
+    super::place(path, &field)
 }
 
 /// A name that is no keyword: as a name of its own, not of a property, it would be one.

@@ -10,7 +10,7 @@ use super::{Block, File};
 use crate::abi::Tuple;
 use crate::class::{Class, Kind, Ty};
 use crate::manifest::Step;
-use crate::names::{camel, comment, shout, snake};
+use crate::names::{camel, comment, shout, snake, twice};
 use std::fmt::Write;
 
 #[derive(Clone, Copy, PartialEq, Eq)]
@@ -34,10 +34,11 @@ const KEYWORDS: &[&str] = &[
     "void", "volatile", "wchar_t", "while", "xor", "xor_eq",
 ];
 
-/// What constants of the glue and macros of stdint.h begin with.
+/// What constants of the glue and macros of stdint.h, limits.h, float.h and math.h begin with: INT_MAX, M_PI.
 const TAKEN: &[&str] = &[
-    "LOG", "SIZE", "INT8", "INT16", "INT32", "INT64", "UINT8", "UINT16", "UINT32", "UINT64", "INTMAX", "INTPTR",
-    "PTRDIFF", "UINTMAX", "UINTPTR", "WCHAR", "WINT",
+    "CHAR", "DBL", "FLT", "FP", "INT", "LDBL", "LLONG", "LONG", "M", "SCHAR", "SHRT", "UCHAR", "UINT", "ULLONG",
+    "ULONG", "USHRT", "LOG", "SIZE", "INT8", "INT16", "INT32", "INT64", "UINT8", "UINT16", "UINT32", "UINT64",
+    "INTMAX", "INTPTR", "PTRDIFF", "UINTMAX", "UINTPTR", "WCHAR", "WINT",
 ];
 
 /// The flags that both dialects are compiled with.
@@ -114,6 +115,12 @@ fn type_ident(name: &str) -> String {
 
 fn constant(ty: &str, label: &str) -> String {
     format!("{}_{}", shout(&type_ident(ty)), shout(label))
+}
+
+/// Constants have no scope of their own, and begin with the name of their type.
+pub(super) fn refuses(class: &Class) -> Option<String> {
+    let names = super::labels(class).map(|(ty, label)| (format!("{}.{label}", ty.name), constant(&ty.name, label)));
+    twice(&names.collect::<Vec<_>>()).map(|(first, second)| format!("`{first}` and `{second}` become one name"))
 }
 
 pub(super) fn authored(block: &Block, dialect: Dialect) -> Vec<File> {

@@ -47,8 +47,7 @@ fn lower(class: &Class, ty: Ty, value: &str) -> String {
 }
 
 fn place(path: &[String]) -> String {
-    let rest = path[1..].iter().map(|p| ident(p));
-    std::iter::once(path[0].clone()).chain(rest).collect::<Vec<_>>().join(".")
+    crate::lang::place(path, &ident)
 }
 
 pub(in crate::lang) fn generated(block: &Block) -> Vec<File> {

@@ -3,6 +3,8 @@
 //!
 //! QuickJS takes a `u64` for a number: exact up to 2^53, which is 104 days in ns.
 
+mod glue;
+
 use super::{Block, File, banner};
 use crate::class::{Class, Kind, Ty, TypeDef};
 use crate::manifest::{Prepare, Step};
@@ -35,6 +37,15 @@ impl Dialect {
         }
     }
 }
+
+/// Words that no constant of a module can have for a name, and those that the author's file has.
+#[rustfmt::skip]
+const RESERVED: &[&str] = &[
+    "arguments", "await", "break", "case", "catch", "class", "const", "continue", "debugger", "default", "delete", "do", "else",
+    "enum", "eval", "export", "extends", "false", "finally", "for", "function", "if", "implements", "import", "in", "instanceof",
+    "interface", "let", "new", "null", "package", "private", "protected", "public", "retained", "return", "settings", "static",
+    "super", "switch", "this", "throw", "true", "try", "typeof", "undefined", "var", "void", "while", "with", "yield",
+];
 
 /// Before the block: QuickJS seeds its own generator with the time of the build.
 const RANDOM: &str = "// Math.random() as every instance, and every build, has it: a fixed sequence.
@@ -76,13 +87,11 @@ pub(super) fn step(block: &Block, dialect: Dialect) -> Step {
 /// What the block is built from, and types for editors and the compiler of TypeScript.
 pub(super) fn generated(block: &Block, dialect: Dialect) -> Vec<File> {
     let class = &block.class;
-    let (random, source) = match dialect {
-        Dialect::JavaScript => ("random.js", "block.js"),
-        Dialect::TypeScript => ("random.ts", "block"),
+    let random = match dialect {
+        Dialect::JavaScript => "random.js",
+        Dialect::TypeScript => "random.ts",
     };
-    let from = random.trim_end_matches(".ts");
-    let entry = format!("{}import \"./{from}\";\nexport * from \"./{source}\";\n", banner(block, "//"));
-    let mut files = vec![File::new(dialect.glue(), entry), File::new(random, RANDOM)];
+    let mut files = vec![glue::text(block, dialect), File::new(random, RANDOM)];
     if dialect == Dialect::TypeScript {
         let mut out = banner(block, "//");
         for ty in &class.types {
@@ -154,7 +163,10 @@ pub(super) fn authored(block: &Block, dialect: Dialect) -> Vec<File> {
             let _ = writeln!(out, "let {variable}{} = {};", as_type(name), literal(class, Ty::Named(ty), 0));
         }
     }
-    let _ = writeln!(out, "\nexport const {} = {{", lower_camel(&class.name));
+    let name = lower_camel(&class.name);
+    // What cannot be the name of a constant can be that of an export.
+    let taken = RESERVED.contains(&name.as_str());
+    let _ = writeln!(out, "\n{} = {{", if taken { "const block".to_owned() } else { format!("export const {name}") });
     if let Some(ty) = class.settings {
         if class.defaults {
             let _ = writeln!(
@@ -203,6 +215,9 @@ pub(super) fn authored(block: &Block, dialect: Dialect) -> Vec<File> {
         );
     }
     out += "};\n";
+    if taken {
+        let _ = writeln!(out, "\nexport {{ block as {name} }};");
+    }
     let package = format!(
         "{{\n  \"name\": \"{}\",\n  \"private\": true,\n  \"type\": \"module\",\n  \"devDependencies\": {{\n    \"@bytecodealliance/jco\": \"{JCO}\"\n  }},\n  \
          \"overrides\": {{\n    \"@bytecodealliance/preview2-shim\": \"{PREVIEW2_SHIM}\",\n    \"componentize-qjs\": \"{COMPONENTIZE_QJS}\"\n  }}\n}}\n",
