@@ -75,6 +75,12 @@ pub fn build(folder: &Path, say: &mut dyn FnMut(&str)) -> Result<Built, AuthorEr
     Ok(Built { path, bytes: bytes.len(), imports, class: block.class.id })
 }
 
+/// The component that an earlier build of the project in this folder has made.
+pub fn built_before(folder: &Path) -> Option<PathBuf> {
+    let manifest = Manifest::read(folder).ok()?;
+    Some(folder.join(format!("{}.wasm", manifest.name))).filter(|path| path.exists())
+}
+
 /// What it makes is there, and not older than the list of packages.
 fn is_prepared(folder: &Path, prepare: &Prepare) -> bool {
     let time = |path: &Path| std::fs::metadata(folder.join(path)).and_then(|m| m.modified()).ok();

@@ -22,7 +22,7 @@ mod sample;
 mod tools;
 mod wit;
 
-pub use build::{Built, build};
+pub use build::{Built, build, built_before};
 pub use component::WASI_STUB;
 pub use error::AuthorError;
 pub use lang::Language;

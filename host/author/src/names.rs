@@ -54,7 +54,13 @@ pub(crate) fn is_name(name: &str) -> bool {
 
 /// A documentation text as comment lines.
 pub(crate) fn comment(text: &str, prefix: &str) -> String {
-    text.lines().map(|l| format!("{prefix} {l}").trim_end().to_owned() + "\n").collect()
+    let line = |l: &str| {
+        let line = format!("{prefix} {l}");
+        let line = line.trim_end();
+        // In C a backslash at the end would take the next line into the comment.
+        format!("{line}{}\n", if line.ends_with('\\') { "." } else { "" })
+    };
+    text.lines().map(line).collect()
 }
 
 #[cfg(test)]
@@ -69,6 +75,11 @@ mod tests {
         for bad in ["", "Pump", "2pump", "pump-", "pump--x", "-p", "pump_x", "../x"] {
             assert!(!is_name(bad), "{bad}");
         }
+    }
+
+    #[test]
+    fn no_comment_takes_the_line_behind_it() {
+        assert_eq!(comment("path C:\\\nand  \n\nmore", "//"), "// path C:\\.\n// and\n//\n// more\n");
     }
 
     #[test]

@@ -108,6 +108,10 @@ fn readme(block: &Block, language: Language, manifest: &Manifest) -> String {
     if let Some(prepare) = &manifest.build.prepare {
         alone = format!("{} && {alone}", prepare.command.join(" "));
     }
+    if language == Language::Zig {
+        // The package has no `zig` of its own; `latchwork build` takes either.
+        alone = alone.replacen("zig ", "python-zig ", 1);
+    }
     format!(
         "# {name}\n\nA block of class `{class}` in {title}; you write `{source}`.\n\n\
          - tools (Debian, Raspberry Pi OS): {install}\n\

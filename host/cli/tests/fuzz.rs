@@ -118,7 +118,10 @@ fn what_would_be_overwritten_or_cannot_be_written_is_refused_before_the_search()
     std::fs::write(folder.path().join("mine.test.toml"), "mine").expect("a file");
     let fuzz = |out| shown(folder.path(), &["fuzz", "ton.wasm", "--out", out]);
     let test = ["test", "mine.test.toml", "--junit", "./mine.test.toml"];
-    let all = [fuzz("mine.test.toml"), fuzz("nowhere/x.test.toml"), shown(folder.path(), &test)];
+    // A shell gives the first test's name to `--junit *.test.toml`.
+    let watch = ["test", "other.test.toml", "--watch", "--junit", "mine.test.toml"];
+    let tests = [shown(folder.path(), &test), shown(folder.path(), &watch)];
+    let all = [&[fuzz("mine.test.toml"), fuzz("nowhere/x.test.toml")], &tests[..]].concat();
     assert_eq!(std::fs::read_to_string(folder.path().join("mine.test.toml")).expect("a file"), "mine");
     insta::assert_snapshot!("fuzz_overwrites", all.join("\n"));
 }

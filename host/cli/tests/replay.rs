@@ -127,6 +127,13 @@ fn recorded_time_is_written_as_a_component_test_with_its_component_beside_it() {
     let test = std::fs::read_to_string(folder.path().join("light.test.toml")).expect("the test");
     let test = test.split_once('\n').map_or("", |(_, rest)| rest);
     insta::assert_snapshot!("exported", test);
+    // What somebody has made of it stays.
+    std::fs::write(folder.path().join("light.test.toml"), "mended").expect("the test");
+    let output = latchwork(folder.path(), &args);
+    assert_eq!(output.status.code(), Some(1), "{}", text(&output));
+    assert!(text(&output).contains("light.test.toml exists and stays as it is"), "{}", text(&output));
+    let stays = std::fs::read_to_string(folder.path().join("light.test.toml")).expect("the test");
+    assert_eq!(stays, "mended");
 }
 
 /// Fenced blocks of a page: language and text.

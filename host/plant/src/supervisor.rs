@@ -17,11 +17,28 @@ pub struct Recipe {
     pub version: u64,
 }
 
+/// How often a call beside the lanes is tried that has run out of its budget.
+const TRIES: usize = 3;
+
+/// Beside the lanes a thread has no priority, perhaps the lowest: what ran out of its budget of time there may only have been
+/// interrupted. It is tried again; a block that takes too long does so each time.
+///
+/// # Errors
+/// Those of the attempt.
+pub(crate) fn persist<T>(mut attempt: impl FnMut() -> Result<T, Fault>) -> Result<T, Fault> {
+    for _ in 1..TRIES {
+        match attempt() {
+            Err(fault) if fault.kind == FaultKind::Budget => {}
+            other => return other,
+        }
+    }
+    attempt()
+}
+
 impl Recipe {
     /// A fresh instance with its settings; `Err` also when the block refuses them.
     pub fn make(&self) -> Result<Instance, Fault> {
-        let instance = self.template.instantiate(&self.limits)?;
-        self.configured(instance)
+        persist(|| self.configured(self.template.instantiate(&self.limits)?))
     }
 
     /// Whether the state of such a block can be saved, as far as a spare instance tells: asked before and after an execution,
@@ -30,6 +47,10 @@ impl Recipe {
     /// # Errors
     /// How the spare one failed.
     pub(crate) fn rehearse_save(&self) -> Result<(), Fault> {
+        persist(|| self.rehearse_save_once())
+    }
+
+    fn rehearse_save_once(&self) -> Result<(), Fault> {
         let mut spare = self.make()?;
         if spare.save()?.is_none() {
             return Ok(());

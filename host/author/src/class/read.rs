@@ -101,6 +101,9 @@ fn signature(resolve: &Resolve, interface: InterfaceId, name: &str, class: &Clas
         "save" => (Vec::new(), Some("retained".into())),
         _ => (vec!["retained".into()], None),
     };
+    if function.kind.is_async() {
+        return Err(format!("`{name}` is an async func; expected a plain func"));
+    }
     let found: Vec<String> = function.params.iter().map(|p| shown(resolve, &p.ty)).collect();
     let found_result = function.result.as_ref().map(|r| shown(resolve, r));
     let write = |parameters: &[String], result: &Option<String>| {

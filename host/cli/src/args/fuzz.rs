@@ -5,6 +5,11 @@ use latchwork_schema::parse_size;
 use latchwork_testbed::fuzz::Kind;
 use std::path::PathBuf;
 
+/// Longest executions that a test file can give, ns.
+const BUDGET: std::ops::RangeInclusive<u64> = 1_000_000..=60_000_000_000;
+/// Most memory that a test file can give, bytes.
+const MEMORY: u64 = 1 << 30;
+
 /// `latchwork fuzz`
 #[derive(Args, Debug)]
 #[command(after_help = "\
@@ -17,7 +22,7 @@ pub(crate) struct Fuzz {
     #[arg(long = "for", value_name = "TIME", value_parser = super::duration)]
     pub(crate) time: Option<u64>,
     /// Sequences to try; with this, the same seed finds the same.
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..))]
     pub(crate) runs: Option<u64>,
     /// Where the cases go that show what was found [default: COMPONENT-fuzz-SEED.test.toml].
     #[arg(long, value_name = "FILE.test.toml")]
@@ -37,7 +42,7 @@ pub(crate) struct CheckBlock {
     #[command(flatten)]
     pub(crate) block: Block,
     /// Sequences of random inputs to try.
-    #[arg(long, value_name = "N", default_value_t = 1000)]
+    #[arg(long, value_name = "N", default_value_t = 1000, value_parser = clap::value_parser!(u64).range(1..))]
     pub(crate) runs: u64,
     /// Exit code 1 for reservations too: a block that is taken, but whose retained state, refused settings or replay cannot be
     /// trusted.
@@ -57,10 +62,10 @@ pub(crate) struct Block {
     /// Seed of the random numbers [default: another each time].
     #[arg(long, value_name = "N")]
     pub(crate) seed: Option<u64>,
-    /// Longest execution.
-    #[arg(long, value_name = "TIME", default_value = "1ms", value_parser = super::duration)]
+    /// Longest execution, 1ms to 1m.
+    #[arg(long, value_name = "TIME", default_value = "1ms", value_parser = budget)]
     pub(crate) budget: u64,
-    /// Most memory.
+    /// Most memory, at most 1GiB.
     #[arg(long, value_name = "SIZE", default_value = "4MiB", value_parser = size)]
     pub(crate) memory: u64,
     /// Print as JSON.
@@ -69,7 +74,13 @@ pub(crate) struct Block {
 }
 
 fn size(text: &str) -> Result<u64, String> {
-    parse_size(text).ok_or_else(|| "expected a whole number with a unit B, KiB, MiB or GiB, as in 4MiB".into())
+    let size = parse_size(text).ok_or("expected a whole number with a unit B, KiB, MiB or GiB, as in 4MiB")?;
+    if size <= MEMORY { Ok(size) } else { Err("expected at most 1GiB, as in a test file".into()) }
+}
+
+fn budget(text: &str) -> Result<u64, String> {
+    let budget = super::duration(text)?;
+    if BUDGET.contains(&budget) { Ok(budget) } else { Err("expected 1ms to 1m, as in a test file".into()) }
 }
 
 fn kind(text: &str) -> Result<Kind, String> {

@@ -7,7 +7,14 @@ use anyhow::Result;
 use serde_json::json;
 
 pub(super) fn execute(args: &Build) -> Result<Exit> {
-    let built = latchwork_author::build(&args.folder, &mut |command| eprintln!("$ {command}"))?;
+    let built = latchwork_author::build(&args.folder, &mut |command| eprintln!("$ {command}")).inspect_err(|_| {
+        if let Some(old) = latchwork_author::built_before(&args.folder) {
+            eprintln!(
+                "note: {} is what an earlier build has made; tests of it say nothing of this source",
+                old.display()
+            );
+        }
+    })?;
     let path = built.path.strip_prefix(".").unwrap_or(&built.path).display().to_string();
     if args.json {
         let json = json!({ "path": path, "class": built.class, "bytes": built.bytes, "imports": built.imports });

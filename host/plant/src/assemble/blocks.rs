@@ -2,7 +2,7 @@
 
 use super::{AssembleError, Time};
 use crate::model::{Block, Model};
-use crate::supervisor::Recipe;
+use crate::supervisor::{Recipe, persist};
 use latchwork_block::{Class, Limits, Template};
 use std::collections::HashMap;
 
@@ -34,10 +34,15 @@ pub(super) fn instantiate(
         };
         let limits = limits(b, time, tick);
         let wrong = |message: String| AssembleError::Block { block: b.name.clone(), message };
-        let mut probe = template.instantiate(&limits).map_err(|f| wrong(f.to_string()))?;
-        let defaults = probe.defaults().map_err(|f| wrong(f.to_string()))?;
-        let settings = complete(&b.class, &b.settings, defaults.as_deref());
-        if let Err(sentence) = probe.configure(&settings).map_err(|f| wrong(f.to_string()))? {
+        let made = persist(|| {
+            let mut probe = template.instantiate(&limits)?;
+            let defaults = probe.defaults()?;
+            let settings = complete(&b.class, &b.settings, defaults.as_deref());
+            let answer = probe.configure(&settings)?;
+            Ok((probe, settings, answer))
+        });
+        let (probe, settings, answer) = made.map_err(|f| wrong(f.to_string()))?;
+        if let Err(sentence) = answer {
             return Err(wrong(format!("it refuses its settings: {sentence}")));
         }
         recipes.push(Recipe { template, limits, settings, version: 0 });

@@ -55,6 +55,7 @@ impl LaneWiring {
                 ran: false,
                 not_finite: false,
                 tapped: false,
+                taps: Default::default(),
                 adapter: None,
                 ins: extend(&mut ins, &b.ins),
                 converts: extend(&mut converts, &b.converts),
@@ -83,7 +84,6 @@ impl LaneWiring {
                     messages: Default::default(),
                     not_finite: 0,
                     saves: Default::default(),
-                    taps: Default::default(),
                 }),
             });
         }

@@ -29,8 +29,10 @@ pub struct Block {
     pub ran: bool,
     /// A plain real output is not finite now.
     pub not_finite: bool,
-    /// Somebody listens: see [`Rest::taps`].
+    /// Somebody listens.
     pub tapped: bool,
+    /// Who.
+    pub taps: super::Taps,
     /// Its version has another interface than the lane was laid out for.
     pub adapter: Option<Box<Adapter>>,
     /// Argument cells, in the lane's list.
@@ -91,8 +93,6 @@ pub struct Rest {
     pub not_finite: u64,
     /// What the last saves of its state took.
     pub saves: super::Recent,
-    /// Who listens.
-    pub taps: super::Taps,
 }
 
 impl Lane {
@@ -109,12 +109,10 @@ impl Lane {
         let scan = Scan { now, elapsed: if block.ran { now - block.last } else { 0 }, first: block.first };
         let ins = &parts.ins[block.ins.start as usize..block.ins.end as usize];
         let result = if block.tapped || block.adapter.is_some() {
-            let taps = block.tapped.then_some((&mut block.rest.taps, &mut parts.tape));
+            let taps = block.tapped.then_some((&mut block.taps, &mut parts.tape));
             match &mut block.adapter {
                 Some(adapter) => adapter.execute(instance, scan, taps, &mut parts.cells),
-                None => {
-                    block.rest.taps.execute(&mut parts.tape, instance, scan, ins, block.out.start, &mut parts.cells)
-                }
+                None => block.taps.execute(&mut parts.tape, instance, scan, ins, block.out.start, &mut parts.cells),
             }
         } else {
             instance.execute(scan, ins, block.out.start, &mut parts.cells)

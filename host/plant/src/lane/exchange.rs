@@ -338,7 +338,7 @@ impl Lane {
         let saved = exchange.told.as_deref().map_or(&[][..], |told| &told.saved);
         for (at, part) in exchange.parts.iter_mut().enumerate() {
             let block = &mut self.parts.blocks[part.block as usize];
-            if let Some(tap) = block.rest.taps.recorder() {
+            if let Some(tap) = block.taps.recorder() {
                 if let Some(saved) = saved.get(at).filter(|s| s.there && (block.ran || !block.first)) {
                     tap.state(block.last, Some(&saved.cells), &mut self.parts.tape);
                 }
@@ -370,8 +370,8 @@ impl Lane {
         std::mem::swap(&mut rest.restart_at, &mut other.restart_at);
         std::mem::swap(&mut rest.ready, &mut other.ready);
         std::mem::swap(&mut rest.saves, &mut other.saves);
-        rest.taps.exchange(&mut part.tap);
-        block.tapped = rest.taps.any();
+        block.taps.exchange(&mut part.tap);
+        block.tapped = block.taps.any();
         self.waiting.retain(|w| *w != index);
         if rest.state == BlockState::Faulted {
             self.waiting.push(index);

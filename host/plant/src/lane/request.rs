@@ -232,7 +232,7 @@ impl Lane {
         if block.as_ref().is_some_and(|b| b.rest.version != version) {
             return Err(Text::new("another version executes in the meantime; try again"));
         }
-        let Some((instance, taps)) = block.and_then(|b| b.instance.as_mut().map(|i| (i, &mut b.rest.taps))) else {
+        let Some((instance, taps)) = block.and_then(|b| b.instance.as_mut().map(|i| (i, &mut b.taps))) else {
             return Err(Text::new("the block is out of order; try again when it runs"));
         };
         let answer = instance.configure(cells);
@@ -282,7 +282,7 @@ impl Lane {
         block.rest.state = BlockState::Running;
         block.first = true;
         block.ran = false;
-        block.rest.taps.restarted(&mut self.parts.tape);
+        block.taps.restarted(&mut self.parts.tape);
         let entry = Entry::new(now, Kind::Fault, block.rest.source, "restarted").priority(50);
         self.parts.recorder.push(entry);
         true

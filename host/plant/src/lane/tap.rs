@@ -75,8 +75,9 @@ const HEAD: usize = HEADER + 3;
 pub(super) const REPORTS: usize = 2;
 
 /// The lane's end of a tap.
+// In this order: what every execution touches comes first.
+#[repr(C)]
 pub struct Tap {
-    // What every execution touches comes first.
     /// Words of an execution without faults.
     slot: u32,
     missed: u32,
@@ -287,7 +288,9 @@ impl Taps {
         let (recorder, shadow) = (recorder.as_mut().filter(live), shadow.as_mut().filter(live));
         let timer = shadow.as_ref().and_then(|tap| tap.timer.clone());
         let recorder = recorder.and_then(|tap| {
-            tap.send_settings(tape);
+            if tap.settings_wait {
+                tap.send_settings(tape);
+            }
             tap.open(ins, cells, Some(tape))
         });
         // It has a ring of its own.
@@ -298,9 +301,11 @@ impl Taps {
         let begun = timer.as_ref().map(|now| now());
         let result = instance.execute(scan, ins, out, cells);
         let took = timer.zip(begun).map_or(0, |(now, begun)| now().saturating_sub(begun));
-        let outputs = out as usize..out as usize + instance.class().output_cells();
-        let outputs = result.as_ref().map(|()| &cells[outputs]).map_err(|fault| fault.kind);
-        for slot in [recorder, shadow].into_iter().flatten() {
+        let outputs = result.as_ref().map(|()| &cells[out as usize..]).map_err(|fault| fault.kind);
+        if let Some(slot) = recorder {
+            slot.close(scan, took, outputs);
+        }
+        if let Some(slot) = shadow {
             slot.close(scan, took, outputs);
         }
         result
@@ -350,12 +355,12 @@ impl Lane {
             tap.end(&mut self.parts.tape);
             return self.send(Report::Tap(tap));
         }
-        match &mut block.rest.taps.0[slot as usize] {
+        match &mut block.taps.0[slot as usize] {
             free @ None => *free = Some(tap),
             // The old one did not get away: the reader of the new one sees that it was abandoned.
             Some(_) => drop(self.parts.reports.push(Report::Tap(tap))),
         }
-        block.tapped = block.rest.taps.any();
+        block.tapped = block.taps.any();
         self.keyframe(index, slot, now);
     }
 
@@ -363,7 +368,7 @@ impl Lane {
     #[cold]
     pub(super) fn untap(&mut self, index: usize, slot: TapSlot) {
         let Some(block) = self.parts.blocks.get_mut(index) else { return };
-        let place = &mut block.rest.taps.0[slot as usize];
+        let place = &mut block.taps.0[slot as usize];
         if let Some(mut tap) = place.take() {
             if !tap.ended {
                 tap.end(&mut self.parts.tape);
@@ -373,7 +378,7 @@ impl Lane {
                 *place = Some(tap);
             }
         }
-        block.tapped = block.rest.taps.any();
+        block.tapped = block.taps.any();
     }
 
     /// Sends a tap the state that the block has now: at once if nothing has to be saved for it, else when there is time.
@@ -391,15 +396,15 @@ impl Lane {
 impl Block {
     /// A state for this tap has to be saved.
     pub(super) fn saves_for(&self, slot: TapSlot) -> bool {
-        let tap = self.rest.taps.0[slot as usize].as_ref().filter(|tap| !tap.ended);
+        let tap = self.taps.0[slot as usize].as_ref().filter(|tap| !tap.ended);
         let retains = self.instance.as_ref().is_some_and(|i| !i.class().retained.is_empty());
         tap.is_some_and(|tap| tap.saves) && retains && (self.ran || !self.first)
     }
 
     /// Sends a tap what is known of the state without saving it.
     fn show(&mut self, slot: TapSlot, tape: &mut Tape) {
-        let Self { instance, last, first, ran, rest, .. } = self;
-        let Some(tap) = rest.taps.0[slot as usize].as_mut().filter(|tap| !tap.ended) else { return };
+        let Self { instance, last, first, ran, taps, .. } = self;
+        let Some(tap) = taps.0[slot as usize].as_mut().filter(|tap| !tap.ended) else { return };
         let end = HEADER + 1;
         tap.frame[HEADER] = *last;
         match instance {
@@ -416,7 +421,7 @@ impl Block {
             self.show(slot, tape);
             return Ok(());
         }
-        let (Some(instance), Some(tap)) = (&mut self.instance, &mut self.rest.taps.0[slot as usize]) else {
+        let (Some(instance), Some(tap)) = (&mut self.instance, &mut self.taps.0[slot as usize]) else {
             return Ok(());
         };
         tap.frame[HEADER] = self.last;

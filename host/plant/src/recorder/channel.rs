@@ -130,6 +130,11 @@ impl Channel {
         streams.find(|s| self.saves(s.version) == Some(true)).map(|s| s.version)
     }
 
+    /// Since when the next state is due, or from when on, plant time, ns.
+    pub(super) fn due(&self) -> u64 {
+        self.due
+    }
+
     pub(super) fn asked(&mut self, now: u64, keyframe: u64) {
         self.asked = Some(now);
         self.due = now.saturating_add(keyframe);

@@ -185,7 +185,11 @@ impl Plant {
         channels.iter_mut().for_each(Channel::look);
         let mut all = Turn::default();
         for tape in tapes {
-            while let Some((number, missed, frame)) = tape.next_of_all() {
+            // What comes meanwhile waits for the next turn: a lane may be faster than this.
+            let mut left = tape.waiting();
+            while left > 0
+                && let Some((number, missed, frame)) = tape.next_of_all(&mut left)
+            {
                 let wire = Number::from(number);
                 if let Some(channel) = channels.get_mut(usize::from(wire.channel)) {
                     channel.hear(wire.serial, missed, frame, now, *cut, &mut all);
@@ -225,9 +229,12 @@ impl Plant {
     /// At most one state per lane is on its way.
     fn ask_for_states(&mut self, now: u64) {
         let recorder = &mut self.recorder;
-        for index in 0..recorder.channels.len() {
+        let due = |c: &Channel| c.is_due(now).map(|version| (c.due(), version));
+        let mut wanted: Vec<_> = recorder.channels.iter().enumerate().filter_map(|(n, c)| Some((due(c)?, n))).collect();
+        // Whoever has waited longest goes first: where there is not time for all, none is left out.
+        wanted.sort_unstable();
+        for ((_, version), index) in wanted {
             let lane = recorder.channels[index].lane();
-            let Some(version) = recorder.channels[index].is_due(now) else { continue };
             if recorder.channels.iter().any(|c| c.lane() == lane && c.waits_for_state(now, PATIENCE)) {
                 continue;
             }

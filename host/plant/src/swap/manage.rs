@@ -67,6 +67,7 @@ impl Plant {
             blocks.push(block);
         }
         super::shade::check(&order.tolerances)?;
+        self.tolerances_name_outputs(&order.tolerances, &blocks)?;
         self.swappable(&blocks)?;
         // From here on nothing else comes between: a block has one swap under way.
         for (part, block) in order.parts.iter().zip(&blocks) {

@@ -8,7 +8,7 @@ use super::versions::{Loan, Release};
 use super::{BlockPlan, Version};
 use crate::lane::Carry;
 use crate::model::Model;
-use crate::supervisor::Recipe;
+use crate::supervisor::{Recipe, persist};
 use latchwork_block::upgrade::{Difference, Fate, Transfer};
 use latchwork_block::{Class, Component, Engine, Fault, Instance};
 use latchwork_image::nearest;
@@ -142,7 +142,7 @@ impl Ready {
         self.given.iter().for_each(|(port, cell)| self.recipe.settings[*port] = *cell);
         self.based = settings.to_vec();
         for instance in self.candidate.iter_mut().chain(&mut self.instance.instance) {
-            configure(instance, &self.recipe.settings)?;
+            instance.configure(&self.recipe.settings).map_err(told)?.map_err(refuses)?;
         }
         Ok(())
     }
@@ -202,13 +202,18 @@ impl Context<'_> {
             return Err(problems.join("; "));
         }
 
-        let mut instance = recipe.template.instantiate(&recipe.limits).map_err(told)?;
-        let defaults = instance.defaults().map_err(told)?;
-        recipe.settings = defaults.unwrap_or_else(|| vec![0; class.settings.len()]);
-        settings.apply(&part.recipe.settings, &mut recipe.settings);
-        given.iter().for_each(|(port, cell)| recipe.settings[*port] = *cell);
-        configure(&mut instance, &recipe.settings)?;
-        let state = instance.save().map_err(told)?.unwrap_or_default().into_boxed_slice();
+        let made = persist(|| {
+            let mut instance = recipe.template.instantiate(&recipe.limits)?;
+            let mut cells = instance.defaults()?.unwrap_or_else(|| vec![0; class.settings.len()]);
+            settings.apply(&part.recipe.settings, &mut cells);
+            given.iter().for_each(|(port, cell)| cells[*port] = *cell);
+            let answer = instance.configure(&cells)?;
+            let state = if answer.is_ok() { instance.save()? } else { None };
+            Ok((instance, cells, answer, state.unwrap_or_default().into_boxed_slice()))
+        });
+        let (instance, cells, answer, state) = made.map_err(told)?;
+        recipe.settings = cells;
+        answer.map_err(refuses)?;
         let warm = !old.retained.is_empty() && !class.retained.is_empty();
         if !warm {
             let which = if class.retained.is_empty() { "the new version" } else { "what runs" };
@@ -247,14 +252,21 @@ impl Context<'_> {
 
     /// Has a spare instance restore a state, so that the lane is not the first to see that it fails or takes too long.
     fn rehearse(&self, block: usize, recipe: &Recipe, state: &[u64]) -> Result<(), String> {
-        let mut instance = recipe.make().map_err(told)?;
-        let mut took = u64::MAX;
-        // The first touches memory that is new, and any may be interrupted: the quickest counts.
-        for _ in 0..REHEARSALS {
-            let begun = Instant::now();
-            instance.restore(state).map_err(|f| format!("the new version could not restore: {}", f.message))?;
-            took = took.min(begun.elapsed().as_nanos().try_into().unwrap_or(u64::MAX));
-        }
+        let took = persist(|| {
+            let mut instance = recipe.make().map_err(|f| Fault { kind: f.kind, message: told(f) })?;
+            let mut took = u64::MAX;
+            // The first touches memory that is new, and any may be interrupted: the quickest counts.
+            for _ in 0..REHEARSALS {
+                let begun = Instant::now();
+                instance.restore(state).map_err(|f| Fault {
+                    kind: f.kind,
+                    message: format!("the new version could not restore: {}", f.message),
+                })?;
+                took = took.min(begun.elapsed().as_nanos().try_into().unwrap_or(u64::MAX));
+            }
+            Ok(took)
+        });
+        let took = took.map_err(|f| f.message)?;
         let lane = &self.model.lanes[self.model.blocks[block].lane];
         let most = if lane.every > 0 { lane.every.min(lane.watchdog) } else { lane.watchdog };
         if self.timed && took > most {
@@ -295,8 +307,13 @@ impl Context<'_> {
         let (instance, carry) = if takes {
             (kept, Carry::AsIs)
         } else {
-            let mut instance = recipe.template.instantiate(&recipe.limits).map_err(told)?;
-            configure(&mut instance, &recipe.settings)?;
+            let made = persist(|| {
+                let mut instance = recipe.template.instantiate(&recipe.limits)?;
+                let answer = instance.configure(&recipe.settings)?;
+                Ok((instance, answer))
+            });
+            let (instance, answer) = made.map_err(told)?;
+            answer.map_err(refuses)?;
             (Loan::new(instance), if state.is_some() { Carry::State } else { Carry::Cold })
         };
         plan.notes.push(match carry {
@@ -374,8 +391,8 @@ fn lossy(what: &str, field: &latchwork_block::upgrade::Field) -> String {
     }
 }
 
-fn configure(instance: &mut Instance, settings: &[u64]) -> Result<(), String> {
-    instance.configure(settings).map_err(told)?.map_err(|why| format!("the new version refuses its settings: {why}"))
+fn refuses(why: String) -> String {
+    format!("the new version refuses its settings: {why}")
 }
 
 fn told(fault: Fault) -> String {

@@ -6,6 +6,7 @@ use super::{Candidate, Phase, Shadow, Stage, Swap, Tolerance, Verdict};
 use crate::assemble::{Plant, Time};
 use crate::lane::Request;
 use crate::operate::Refused;
+use latchwork_image::nearest;
 use latchwork_testbed::replay::Tolerances;
 use std::sync::Arc;
 
@@ -42,6 +43,28 @@ pub(super) fn check(tolerances: &[Tolerance]) -> Result<(), Refused> {
 }
 
 impl Plant {
+    /// Refuses tolerances of what these blocks do not give: mistyped, they would be none.
+    pub(super) fn tolerances_name_outputs(&self, tolerances: &[Tolerance], blocks: &[usize]) -> Result<(), Refused> {
+        let outputs = || {
+            let of =
+                |block: &usize| (&*self.model.blocks[*block].name, self.supervisor.recipes[*block].template.class());
+            blocks.iter().map(of).flat_map(|(name, class)| class.outputs.iter().map(move |port| (name, &*port.path)))
+        };
+        for Tolerance { tag, within } in tolerances {
+            let one = Tolerances::new([(&**tag, *within)]).map_err(|why| Refused::new("value", why.to_string()))?;
+            if !outputs().any(|(block, output)| one.of(block, output).is_some()) {
+                let tags: Vec<_> = outputs().map(|(block, output)| format!("{block}.outputs.{output}")).collect();
+                let near = nearest(tag, tags.iter().map(String::as_str));
+                let near = near
+                    .map_or_else(|| format!("they have {}", tags.join(", ")), |near| format!("did you mean {near}?"));
+                let why =
+                    format!("the tolerance of {tag} is one of no output of the blocks that are exchanged; {near}");
+                return Err(Refused::new("value", why));
+            }
+        }
+        Ok(())
+    }
+
     /// Starts the shadows.
     pub(super) fn start_shadows(&mut self, mut swap: Swap, mut ready: Vec<Ready>, now: u64) -> Step {
         let mut shadows = Vec::new();

@@ -203,3 +203,23 @@ fn a_version_that_is_taken_back_before_its_first_state_has_come_is_recorded_from
     // The version before is back with its own count.
     assert_eq!(counts(segments(&recording)), (1043, 1040 + 60 * 3));
 }
+
+#[test]
+fn where_there_is_no_time_for_all_states_no_block_is_left_out() {
+    // A lane gives one state per scan at most: a round takes longer than the interval.
+    let blocks = 40;
+    let names: Vec<_> = (0..blocks).map(|n| format!("\"n{n}\"")).collect();
+    let mut text =
+        format!("[recorder]\nblocks = [{}]\nkeyframe = \"100ms\"\n[lane.main]\nevery = \"10ms\"\n", names.join(", "));
+    (0..blocks).for_each(|n| text += &format!("[block.n{n}]\ncomponent = \"v1.wasm\"\nlane = \"main\"\n"));
+    let rig = Rig::new(&text).with("v1", &Counter::new(1).component());
+    let folder = TempDir::new().expect("a temporary folder");
+    run(rig.plant(Time::Virtual), Some(folder.path()), "", 5 * SECOND);
+    let recording = Recording::open(folder.path()).expect("a recording");
+    let few: Vec<_> = recording
+        .blocks(last_run(&recording))
+        .map(|(name, segments)| (name.to_string(), states(segments)))
+        .filter(|(_, states)| *states < 4)
+        .collect();
+    assert!(few.is_empty(), "{few:?}");
+}

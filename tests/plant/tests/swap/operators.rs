@@ -153,6 +153,16 @@ fn a_shadow_lets_deviations_pass_that_are_within_their_tolerances_and_no_others(
 }
 
 #[test]
+fn a_tolerance_of_what_the_block_does_not_give_is_refused() {
+    let tolerances = vec![Tolerance { tag: "count.outputs.cuont".into(), within: 1.0 }];
+    let shadowed = SwapOrder { shadow: 20, tolerances, ..order(&Counter::new(2), 5) };
+    let told = run(&alone(&Counter::new(1)), vec![(200, swap(shadowed)), (800, read("count.outputs.version"))]);
+    let why = told.answers[0].as_ref().expect_err("a mistyped tag").to_string();
+    assert!(why.contains("count.outputs.cuont") && why.contains("did you mean count.outputs.count?"), "{why}");
+    assert_eq!(told.read(1), ["1"]);
+}
+
+#[test]
 fn what_operators_have_begun_during_the_shadow_stops_a_swap() {
     let first = Counter { double: true, ..Counter::new(1) };
     // The version is an output: it differs, and may.

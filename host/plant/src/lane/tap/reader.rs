@@ -68,19 +68,26 @@ impl TapReader {
         Self { from, unit, buffer: Vec::new() }
     }
 
-    /// The next frame and the number of frames missed before it; `None` when there is none yet.
-    pub fn next_frame(&mut self) -> Option<(u32, Frame<'_>)> {
-        self.next_of_all().map(|(_, missed, frame)| (missed, frame))
+    /// Words that are there now.
+    pub fn waiting(&self) -> usize {
+        self.from.slots()
     }
 
-    /// The same of a tape, and before it the number of the tap.
-    pub fn next_of_all(&mut self) -> Option<(u32, u32, Frame<'_>)> {
+    /// The next frame and the number of frames missed before it; `None` when there is none yet.
+    pub fn next_frame(&mut self) -> Option<(u32, Frame<'_>)> {
+        let mut all = usize::MAX;
+        self.next_of_all(&mut all).map(|(_, missed, frame)| (missed, frame))
+    }
+
+    /// The same of a tape, and before it the number of the tap; the words it took are taken off `left`.
+    pub fn next_of_all(&mut self, left: &mut usize) -> Option<(u32, u32, Frame<'_>)> {
         let header = loop {
             let header = *self.from.peek().ok()?;
             let words = (header >> LENGTH & 0xffff) as usize + 1;
             self.buffer.resize(words.next_multiple_of(self.unit), 0);
             // Frames are written whole: what the header announces is there.
             self.from.pop_entire_slice(&mut self.buffer).ok()?;
+            *left = left.saturating_sub(self.buffer.len());
             self.buffer.truncate(words);
             if header & 0xff != SKIP {
                 break header;

@@ -96,6 +96,7 @@ impl Slot<'_> {
         self.arguments = ins.len();
     }
 
+    /// With its outputs, the first cells of what is given.
     #[inline]
     pub(super) fn close(mut self, scan: Scan, took: u64, outputs: Result<&[u64], FaultKind>) {
         let words = self.chunk.as_mut_slices().0;
@@ -136,6 +137,21 @@ mod tests {
         ]
     }
 
+    #[test]
+    fn what_comes_while_it_is_read_waits_for_the_next_turn() {
+        let (Tape(ring), mut reader) = tape(100);
+        let mut ring = ring.expect("a ring");
+        let frame = [SETTINGS | 2 << LENGTH, 7, 1];
+        (0..3).for_each(|_| assert!(ring.push(&frame)));
+        let (mut left, mut read) = (reader.waiting(), 0);
+        while left > 0 && reader.next_of_all(&mut left).is_some() {
+            read += 1;
+            // A lane that is faster than its reader.
+            (0..2).for_each(|_| assert!(ring.push(&frame)));
+        }
+        assert_eq!((read, reader.waiting()), (3, 6 * frame.len()));
+    }
+
     proptest! {
         #[test]
         fn what_found_room_is_read_whole_and_in_order(words in 30usize..90, steps in prop::collection::vec(step(), 0..200)) {
@@ -144,7 +160,7 @@ mod tests {
             let (mut sent, mut read, mut next) = (Vec::new(), Vec::new(), 0u64);
             let mut fresh = |n: usize| -> Vec<u64> { (0..n).map(|_| { next += 1; next }).collect() };
             let mut take = |most: usize| for _ in 0..most {
-                match reader.next_of_all() {
+                match reader.next_of_all(&mut { usize::MAX }) {
                     Some((who, 0, Frame::Settings { cells, .. })) => read.push((who, cells.to_vec(), Vec::new())),
                     Some((who, 0, Frame::Execution { arguments, outputs, .. })) => {
                         read.push((who, arguments.to_vec(), outputs.expect("no fault").to_vec()));
