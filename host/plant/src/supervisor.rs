@@ -17,28 +17,32 @@ pub struct Recipe {
     pub version: u64,
 }
 
-/// How often a call beside the lanes is tried that has run out of its budget.
+/// How often calls beside the lanes are tried that have run out of their budget.
 const TRIES: usize = 3;
 
 /// Beside the lanes a thread has no priority, perhaps the lowest: what ran out of its budget of time there may only have been
-/// interrupted. It is tried again; a block that takes too long does so each time.
+/// interrupted. It is tried again with another instance; a block that takes too long does so each time. Making an instance has
+/// seconds, so that is not tried again.
 ///
 /// # Errors
-/// Those of the attempt.
-pub(crate) fn persist<T>(mut attempt: impl FnMut() -> Result<T, Fault>) -> Result<T, Fault> {
+/// Those of the making, or of the last attempt.
+pub(crate) fn persist<T>(
+    mut make: impl FnMut() -> Result<Instance, Fault>,
+    mut attempt: impl FnMut(Instance) -> Result<T, Fault>,
+) -> Result<T, Fault> {
     for _ in 1..TRIES {
-        match attempt() {
+        match attempt(make()?) {
             Err(fault) if fault.kind == FaultKind::Budget => {}
             other => return other,
         }
     }
-    attempt()
+    attempt(make()?)
 }
 
 impl Recipe {
     /// A fresh instance with its settings; `Err` also when the block refuses them.
     pub fn make(&self) -> Result<Instance, Fault> {
-        persist(|| self.configured(self.template.instantiate(&self.limits)?))
+        persist(|| self.template.instantiate(&self.limits), |instance| self.configured(instance))
     }
 
     /// Whether the state of such a block can be saved, as far as a spare instance tells: asked before and after an execution,
@@ -47,11 +51,10 @@ impl Recipe {
     /// # Errors
     /// How the spare one failed.
     pub(crate) fn rehearse_save(&self) -> Result<(), Fault> {
-        persist(|| self.rehearse_save_once())
+        persist(|| self.make(), Self::save_twice)
     }
 
-    fn rehearse_save_once(&self) -> Result<(), Fault> {
-        let mut spare = self.make()?;
+    fn save_twice(mut spare: Instance) -> Result<(), Fault> {
         if spare.save()?.is_none() {
             return Ok(());
         }

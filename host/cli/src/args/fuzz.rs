@@ -2,13 +2,9 @@
 
 use clap::Args;
 use latchwork_schema::parse_size;
+use latchwork_testbed::case::keys::{BUDGET, MEMORY};
 use latchwork_testbed::fuzz::Kind;
 use std::path::PathBuf;
-
-/// Longest executions that a test file can give, ns.
-const BUDGET: std::ops::RangeInclusive<u64> = 1_000_000..=60_000_000_000;
-/// Most memory that a test file can give, bytes.
-const MEMORY: u64 = 1 << 30;
 
 /// `latchwork fuzz`
 #[derive(Args, Debug)]
@@ -75,7 +71,7 @@ pub(crate) struct Block {
 
 fn size(text: &str) -> Result<u64, String> {
     let size = parse_size(text).ok_or("expected a whole number with a unit B, KiB, MiB or GiB, as in 4MiB")?;
-    if size <= MEMORY { Ok(size) } else { Err("expected at most 1GiB, as in a test file".into()) }
+    if size <= *MEMORY.end() { Ok(size) } else { Err("expected at most 1GiB, as in a test file".into()) }
 }
 
 fn budget(text: &str) -> Result<u64, String> {

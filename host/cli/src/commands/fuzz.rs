@@ -148,8 +148,7 @@ fn place(args: &Fuzz, subject: &Subject, seed: u64) -> Result<PathBuf> {
 /// The test file with the cases of what was found.
 fn write(path: &Path, args: &Fuzz, found: &Report) -> Result<Option<PathBuf>> {
     let Some(text) = found.test_file(&relative(path, &args.block.component)) else { return Ok(None) };
-    let new = std::fs::File::create_new(path).and_then(|mut file| file.write_all(text.as_bytes()));
-    new.with_context(|| format!("{} cannot be written", path.display()))?;
+    super::create(path, text.as_bytes())?;
     Ok(Some(path.to_path_buf()))
 }
 

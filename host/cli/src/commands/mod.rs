@@ -28,10 +28,11 @@ use crate::Exit;
 use crate::args::{Args, Command};
 use crate::doctor::Cache;
 use crate::report;
-use anyhow::{Context, Result};
+use anyhow::{Context, Result, bail};
 use latchwork_block::{Engine, EngineOptions};
 use latchwork_plant::check::{CheckOptions, check_file};
 use latchwork_plant::model::Model;
+use std::io::Write;
 use std::path::{Path, PathBuf};
 
 /// Executes a command.
@@ -104,4 +105,15 @@ fn load(engine: &Engine, plant: &Path, sim: bool) -> Option<Model> {
         eprint!("{}", checked.render(report::colours()));
     }
     checked.model
+}
+
+/// A new file: what is there, a test that somebody has mended perhaps, is not written over.
+fn create(path: &Path, bytes: &[u8]) -> Result<()> {
+    let new = std::fs::File::create_new(path).and_then(|mut file| file.write_all(bytes));
+    match new {
+        Err(error) if error.kind() == std::io::ErrorKind::AlreadyExists => {
+            bail!("{} exists and stays as it is: remove it, or give another name", path.display())
+        }
+        other => other.with_context(|| format!("{} cannot be written", path.display())),
+    }
 }

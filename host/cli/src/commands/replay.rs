@@ -9,8 +9,7 @@ use latchwork_block::{Engine, Ticker};
 use latchwork_image::format_duration;
 use latchwork_record::rfc3339;
 use latchwork_testbed::replay::{Options, Recording, Replayed, Tolerances, export, hash_of, replay};
-use std::fmt::Write as _;
-use std::io::Write as _;
+use std::fmt::Write;
 use std::path::Path;
 use std::time::Duration;
 
@@ -98,22 +97,11 @@ fn span(recording: &Recording, run: u64) -> Option<[u64; 2]> {
     Some([begin, heads().map(|h| h.epoch.saturating_add(h.to)).max()?])
 }
 
-/// A new file: what is there, a test that somebody has mended perhaps, is not written over.
-fn create(path: &Path, bytes: &[u8]) -> Result<()> {
-    let new = std::fs::File::create_new(path).and_then(|mut file| file.write_all(bytes));
-    match new {
-        Err(error) if error.kind() == std::io::ErrorKind::AlreadyExists => {
-            bail!("{} exists and stays as it is: remove it, or give another name", path.display())
-        }
-        other => other.with_context(|| format!("{} cannot be written", path.display())),
-    }
-}
-
 /// `latchwork record`: the ring of a running plant as a file.
 pub(super) fn record(args: &Record) -> Result<Exit> {
     let bytes = client(&args.reach)?.file("/v1/recording")?;
     let file = args.save.display().to_string();
-    create(&args.save, &bytes)?;
+    super::create(&args.save, &bytes)?;
     if args.reach.json {
         report::say(&format!("{}\n", serde_json::json!({ "file": file, "bytes": bytes.len() })));
     } else {
@@ -191,7 +179,7 @@ fn write(
 ) -> Result<Exit> {
     let exported = export(recording, engine, run, block, options)?;
     let written = |path: &Path| format!("{} cannot be written", path.display());
-    create(file, exported.text.as_bytes())?;
+    super::create(file, exported.text.as_bytes())?;
     let component = file.with_file_name(format!("{}.wasm", exported.component));
     if let (false, Some(bytes)) = (component.exists(), recording.component(&exported.hash)) {
         std::fs::write(&component, bytes).with_context(|| written(&component))?;

@@ -3,7 +3,7 @@
 use super::{AssembleError, Time};
 use crate::model::{Block, Model};
 use crate::supervisor::{Recipe, persist};
-use latchwork_block::{Class, Limits, Template};
+use latchwork_block::{Class, Instance, Limits, Template};
 use std::collections::HashMap;
 
 /// Period of the epoch ticker for a shortest budget, ns.
@@ -14,11 +14,7 @@ pub(super) fn tick_ns(shortest_budget: u64, time: Time) -> u64 {
     }
 }
 
-pub(super) fn instantiate(
-    model: &Model,
-    time: Time,
-    tick: u64,
-) -> Result<(Vec<Recipe>, Vec<latchwork_block::Instance>), AssembleError> {
+pub(super) fn instantiate(model: &Model, time: Time, tick: u64) -> Result<(Vec<Recipe>, Vec<Instance>), AssembleError> {
     let mut templates: HashMap<(String, String), Template> = HashMap::new();
     let (mut recipes, mut instances) = (Vec::new(), Vec::new());
     for b in &model.blocks {
@@ -34,13 +30,13 @@ pub(super) fn instantiate(
         };
         let limits = limits(b, time, tick);
         let wrong = |message: String| AssembleError::Block { block: b.name.clone(), message };
-        let made = persist(|| {
-            let mut probe = template.instantiate(&limits)?;
+        let attempt = |mut probe: Instance| {
             let defaults = probe.defaults()?;
             let settings = complete(&b.class, &b.settings, defaults.as_deref());
             let answer = probe.configure(&settings)?;
             Ok((probe, settings, answer))
-        });
+        };
+        let made = persist(|| template.instantiate(&limits), attempt);
         let (probe, settings, answer) = made.map_err(|f| wrong(f.to_string()))?;
         if let Err(sentence) = answer {
             return Err(wrong(format!("it refuses its settings: {sentence}")));

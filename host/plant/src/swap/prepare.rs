@@ -202,15 +202,15 @@ impl Context<'_> {
             return Err(problems.join("; "));
         }
 
-        let made = persist(|| {
-            let mut instance = recipe.template.instantiate(&recipe.limits)?;
+        let attempt = |mut instance: Instance| {
             let mut cells = instance.defaults()?.unwrap_or_else(|| vec![0; class.settings.len()]);
             settings.apply(&part.recipe.settings, &mut cells);
             given.iter().for_each(|(port, cell)| cells[*port] = *cell);
             let answer = instance.configure(&cells)?;
             let state = if answer.is_ok() { instance.save()? } else { None };
             Ok((instance, cells, answer, state.unwrap_or_default().into_boxed_slice()))
-        });
+        };
+        let made = persist(|| recipe.template.instantiate(&recipe.limits), attempt);
         let (instance, cells, answer, state) = made.map_err(told)?;
         recipe.settings = cells;
         answer.map_err(refuses)?;
@@ -252,8 +252,8 @@ impl Context<'_> {
 
     /// Has a spare instance restore a state, so that the lane is not the first to see that it fails or takes too long.
     fn rehearse(&self, block: usize, recipe: &Recipe, state: &[u64]) -> Result<(), String> {
-        let took = persist(|| {
-            let mut instance = recipe.make().map_err(|f| Fault { kind: f.kind, message: told(f) })?;
+        let make = || recipe.make().map_err(|f| Fault { kind: f.kind, message: told(f) });
+        let took = persist(make, |mut instance| {
             let mut took = u64::MAX;
             // The first touches memory that is new, and any may be interrupted: the quickest counts.
             for _ in 0..REHEARSALS {
@@ -307,11 +307,11 @@ impl Context<'_> {
         let (instance, carry) = if takes {
             (kept, Carry::AsIs)
         } else {
-            let made = persist(|| {
-                let mut instance = recipe.template.instantiate(&recipe.limits)?;
+            let attempt = |mut instance: Instance| {
                 let answer = instance.configure(&recipe.settings)?;
                 Ok((instance, answer))
-            });
+            };
+            let made = persist(|| recipe.template.instantiate(&recipe.limits), attempt);
             let (instance, answer) = made.map_err(told)?;
             answer.map_err(refuses)?;
             (Loan::new(instance), if state.is_some() { Carry::State } else { Carry::Cold })

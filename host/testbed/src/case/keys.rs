@@ -7,6 +7,11 @@ pub const LONGEST: u64 = 3_155_760_000_000_000_000;
 /// Longest period, ns.
 const HOUR: u64 = 3_600_000_000_000;
 
+/// Longest executions that a file can give, ns.
+pub const BUDGET: std::ops::RangeInclusive<u64> = 1_000_000..=60_000_000_000;
+/// Most memory that a file can give, bytes.
+pub const MEMORY: std::ops::RangeInclusive<u64> = 64 << 10..=1 << 30;
+
 /// A time within a case.
 pub const TIME: Kind = Kind::Duration { min: 0, max: LONGEST };
 /// Names.
@@ -51,11 +56,16 @@ pub static FILE: Section = Section {
         TOLERANCE,
         Key::optional(
             "budget",
-            Kind::Duration { min: 1_000_000, max: 60_000_000_000 },
+            Kind::Duration { min: *BUDGET.start(), max: *BUDGET.end() },
             "\"1s\"",
             "Longest execution, by the machine's clock; longer is the fault `budget`.",
         ),
-        Key::optional("memory", Kind::Size { min: 65536, max: 1 << 30 }, "\"4MiB\"", "Most memory of the block."),
+        Key::optional(
+            "memory",
+            Kind::Size { min: *MEMORY.start(), max: *MEMORY.end() },
+            "\"4MiB\"",
+            "Most memory of the block.",
+        ),
         Key::optional(
             "settings",
             Kind::Map(&Kind::Constant),

@@ -3,6 +3,7 @@
 use super::report::Kind;
 use super::sequence::{Sequence, Shrunk};
 use super::trial::{Failure, Trial};
+use crate::case::keys::{BUDGET, MEMORY};
 use crate::constant::constant;
 use latchwork_block::{Class, Port};
 use latchwork_image::{Quality, format_duration};
@@ -28,8 +29,8 @@ pub(super) fn output_names(class: &Class) -> Vec<String> {
 /// What stands above the cases, below the component's name. A `budget` only where a case is about it: another one would
 /// end in it on a machine that stands still.
 pub(super) fn head(class: &Class, budget: Option<u64>, memory: u64) -> String {
-    let budget = budget.map(|b| format!("budget = \"{}\"\n", format_duration(b.clamp(1_000_000, 60_000_000_000))));
-    let memory = memory.clamp(65_536, 1 << 30);
+    let budget = budget.map(|b| format!("budget = \"{}\"\n", format_duration(b.clamp(*BUDGET.start(), *BUDGET.end()))));
+    let memory = memory.clamp(*MEMORY.start(), *MEMORY.end());
     format!("class = \"{}\"\n{}memory = \"{}\"\n", class.name, budget.unwrap_or_default(), format_size(memory))
 }
 
